@@ -97,7 +97,7 @@ class Rotary(program.Workshop):
                 self.assertEqual(found["verdict"], linear["verdict"])
                 self.assertEqual(found["candidates"][0]["effect"], linear["candidates"][0]["effect"])
                 self.assert_scaled(found["noise_floor_Nm"], linear["noise_floor_N"] * radius_m,
-                                   max(tolerance, 0.02))  # its saturated model searches periods within other bounds
+                                   max(tolerance, 0.04))  # its saturated model searches other periods: one turn too
                 self.assert_scaled(found["baseline"]["holdout_rmse_Nm"], linear["baseline"]["holdout_rmse_N"] * radius_m, tolerance)
                 self.assert_scaled(found["best"]["holdout_rmse_Nm"], linear["best"]["holdout_rmse_N"] * radius_m, tolerance)
                 self.done(fit[0], "r.csv", *fit[1:], "--model", "r.toml", "--json", "r_fit.json")

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -81,14 +82,17 @@ bool insufficient(const Diagnosis& diagnosis) {
 
 /// Whether an effect that was refused leaves, alone, far less than the named ones together, which then
 /// imitate what it describes. At the floor there is nothing to describe: a mode smooths the noise of the
-/// encoder.
+/// encoder. Nor does the special case of an effect imitate it: a payload is what a mode is that nobody sees
+/// swing.
 bool far_better_alone(const Measurement& measurement, const Diagnosis& diagnosis) {
   if (!above_floor(measurement, diagnosis)) return false;
   const double named_N = diagnosis.explained.holdout_rmse_N;
+  const auto is_named = [&](std::string_view id) { return contains(diagnosis.explained.terms, id); };
   return std::any_of(diagnosis.candidates.begin(), diagnosis.candidates.end(),
                      [&](const Candidate& candidate) {
-                       return is_supported(candidate.criterion_difference) &&
-                              !contains(diagnosis.explained.terms, candidate.term.effect->text.id) &&
+                       const EffectDescription& effect = *candidate.term.effect;
+                       return is_supported(candidate.criterion_difference) && !is_named(effect.text.id) &&
+                              !is_named(effect.traits.special_case.id) &&
                               squared(candidate.holdout_rmse_N) < kMajority * squared(named_N);
                      });
 }

@@ -114,13 +114,11 @@ bool has_no_true_mode(const Terms& terms) {
   const double damping_ratio = mode->shapes[static_cast<std::size_t>(damping.shape)];
   const bool implausibly_damped = damping_ratio < damping.lower || damping_ratio > damping.upper;
   const double rigid_kg = mode->gains[static_cast<std::size_t>(traits.axis_mass_gain)];
-  // Where the mass is fitted, the mode has no rigid part, and its mass is not contained in `moving_kg`.
-  const bool free = mass_is_free(terms);
-  const double most = traits.plausible.most_of_all_mass;
-  const bool swings_as_a_whole =
-      free ? mode->gains[0] > most * (moving_kg + mode->gains[0]) : rigid_kg < -most * moving_kg;
-  return implausibly_damped || swings_as_a_whole ||
-         std::hypot(mode->gains[0], mode->gains[1]) > traits.plausible.most_axis_masses * moving_kg;
+  // Where the mass is declared, the mode takes its own from it; where it is fitted, the mode has no rigid
+  // part.
+  const double axis_kg = mass_is_free(terms) ? moving_kg : moving_kg + std::min(0.0, rigid_kg);
+  return implausibly_damped ||
+         std::hypot(mode->gains[0], mode->gains[1]) > traits.plausible.most_axis_masses * axis_kg;
 }
 
 std::vector<std::string> ids_of(const Terms& terms) {

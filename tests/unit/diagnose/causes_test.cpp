@@ -95,6 +95,32 @@ TEST(Causes, StateTheirValues) {
   EXPECT_NEAR(change.unexplained->where, 6.0, 0.05);
 }
 
+// A payload that is picked up when the log holds half of its force: the motion is imposed, so that it is the
+// same without it.
+TEST(Causes, AMassThatChangesIsToldWithItsTime) {
+  const auto simulated = [](double payload_share) {
+    sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, kAxisSeed);
+    bench.programme.seconds = 30.0;
+    bench.axis.effects.payload_kg = payload_share * bench.axis.mass_kg;
+    return test::simulate(bench, kAxisSeed);
+  };
+  Log log = simulated(0.0);
+  const Log loaded = simulated(0.3);
+  ASSERT_EQ(log.position_m, loaded.position_m);
+  std::vector<double> energy(1, 0.0);
+  for (std::size_t i = 0; i < log.force_N.size(); ++i)
+    energy.push_back(energy.back() + std::pow(loaded.force_N[i] - log.force_N[i], 2));
+  const auto half = std::lower_bound(energy.begin(), energy.end(), 0.5 * energy.back()) - energy.begin();
+  std::copy(loaded.force_N.begin() + half, loaded.force_N.end(), log.force_N.begin() + half);
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::time);
+  EXPECT_NEAR(is.unexplained->where, static_cast<double>(half) / log.sample_rate_Hz, 0.3);
+  EXPECT_NE(is.unexplained->description.find("as where a payload is picked up"), std::string::npos)
+      << is.unexplained->description;
+}
+
 TEST(Causes, APlaceIsFoundWhereItIs) {
   const Log clean = log_and_force(0.0, no_force);
   const auto [low, high] = std::minmax_element(clean.position_m.begin(), clean.position_m.end());

@@ -133,6 +133,26 @@ TEST(AfterReversals, OfOneLateReversalTheSearchEnds) {
   EXPECT_LT(after_reversals(measurement, residual_N).error_reduction, 0.05);
 }
 
+// Play is crossed within milliseconds: what is large for a second after each reversal is none.
+TEST_F(Residual, OfASecondAfterReversalsIsNoneOfReversals) {
+  Eigen::VectorXd residual_N = noise_N_;
+  const Eigen::VectorXd times_s = row_times(measurement_);
+  Draw draw(6);
+  double last_s = -10.0;
+  double force_N = 0.0;
+  for (Eigen::Index row = 1; row < residual_N.size(); ++row) {
+    const bool turns = (velocity_mps_(row) > 0.0) != (velocity_mps_(row - 1) > 0.0);
+    if (turns && times_s(row) > last_s + 2.5) {
+      last_s = times_s(row);
+      force_N = 0.5 * draw.normal();
+    }
+    if (times_s(row) < last_s + 1.0) residual_N(row) += force_N;
+  }
+  const Structure found = after_reversals(measurement_, residual_N);
+  EXPECT_LT(found.error_reduction, 0.3) << found.description;
+  EXPECT_EQ(found.description.find(" s of one"), std::string::npos) << found.description;
+}
+
 TEST_F(Residual, ThatDependsOnVelocityIsOneOfVelocity) {
   const Eigen::VectorXd residual_N = noise_N_ + (velocity_mps_.array() * 30.0).tanh().matrix() * 0.2;
   const Structure found = find_structure(measurement_, residual_N).front();
@@ -236,6 +256,30 @@ TEST(LineBeyondRows, OfTheMotionIsLargerThanTheEncoderMakesIt) {
       EXPECT_NEAR(line->where, 311.0, 0.1);
     }
   }
+}
+
+// A force that repeats over the position is a line in time where the speed is always the same; while the axis
+// is slower there is none.
+TEST(LineBeyondRows, IsThereAtEverySpeed) {
+  const auto is_fast = [](double t_s) { return std::fmod(t_s, 4.0) >= 2.0; };
+  const auto found = [&](bool only_fast) {
+    Draw draw(9);
+    const Log log = test::log_of(
+        2000.0, 60'000,
+        [&](double t_s) {
+          const double within_s = std::fmod(t_s, 4.0);
+          const double way_m = 0.02 * std::min(within_s, 2.0) + 0.1 * std::max(0.0, within_s - 2.0);
+          return std::fmod(t_s, 8.0) < 4.0 ? way_m : 0.24 - way_m;
+        },
+        [&](double t_s) {
+          const double line_N = 0.2 * std::sin(2.0 * std::numbers::pi * 311.0 * t_s);
+          return (only_fast && !is_fast(t_s) ? 0.0 : line_N) + 0.1 * draw.normal();
+        });
+    const Measurement measurement(log);
+    return line_beyond_rows(measurement, std::vector<double>(log.force_N.size(), 0.0), 0.05).has_value();
+  };
+  EXPECT_TRUE(found(false));
+  EXPECT_FALSE(found(true));
 }
 
 // A mode that is excited by a move rings for a moment only.

@@ -51,6 +51,19 @@ class ChangeBasis final : public EffectBasis {
   double from_s_ = 0.0;
 };
 
+class LoadBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override { from_s_ = shapes[0]; }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples)
+      *out++ = sample.time_s >= from_s_ ? sample.acceleration_mps2 : 0.0;
+  }
+
+ private:
+  double from_s_ = 0.0;
+};
+
 /// Linear B-splines with `knots` knots one apart, at `at` from the first, times `scale`.
 void write_hats(double at, std::ptrdiff_t knots, double scale, double* out) {
   std::fill_n(out, knots, 0.0);
@@ -192,12 +205,14 @@ ShapeSpec found(const char* name, const char* unit) {
 }
 
 /// In the order of CauseForm.
-const std::array<EffectDescription, 7>& all_causes() {
-  static const std::array<EffectDescription, 7> all{
+const std::array<EffectDescription, 8>& all_causes() {
+  static const std::array<EffectDescription, 8> all{
       cause<LineBasis>("line_in_time", {any_force("cosine"), any_force("sine")}, {found("frequency", "Hz")}),
       cause<ChangeBasis>("change_at_a_time",
                          {{"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}, any_force("offset")},
                          {found("time", "s")}),
+      cause<LoadBasis>("load_from_a_time", {{"mass", "kg", -kUnbounded, kUnbounded, 1, Acts::force}},
+                       {found("time", "s")}),
       cause<PlaceBasis>(
           "force_at_a_place",
           {any_force("push"), any_force("slope"), {"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}},
@@ -230,7 +245,8 @@ std::vector<const EffectDescription*> causes_to_try(const Measurement& measureme
   std::vector<const EffectDescription*> causes;
   for (const EffectDescription& one : all_causes()) {
     const CauseForm form = form_of(one);
-    const bool needs_one_clock = form == CauseForm::change_at_a_time || form == CauseForm::force_over_time;
+    const bool needs_one_clock = form == CauseForm::change_at_a_time || form == CauseForm::load_from_a_time ||
+                                 form == CauseForm::force_over_time;
     if (!needs_one_clock || measurement.log_count() == 1) causes.push_back(&one);
   }
   return causes;
@@ -253,6 +269,7 @@ bool is_fitted_jointly(const EffectDescription& cause) {
       return true;
     case CauseForm::line_in_time:
     case CauseForm::change_at_a_time:
+    case CauseForm::load_from_a_time:
     case CauseForm::force_at_a_place:
     case CauseForm::force_over_time:
       break;

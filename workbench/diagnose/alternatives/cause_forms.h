@@ -16,6 +16,7 @@ namespace slipstack::workbench {
 enum class CauseForm : std::uint8_t {
   line_in_time,      ///< F = c cos(2 pi f t) + s sin(2 pi f t), a phase of its own in each log
   change_at_a_time,  ///< from the time t0 on, the dry friction times 1 + level, and another offset
+  load_from_a_time,  ///< from the time t0 on, another mass
   /// F = (push + slope sin(pi u)) w, dry friction times 1 + level w, w = (1 + cos(pi u)) / 2 for |u| < 1,
   /// u = (x - x0) / half width
   force_at_a_place,
@@ -38,6 +39,10 @@ inline constexpr int kCurveIntervals = static_cast<int>(4.0 / kWidestPlace);
 
 /// Knots of the force after a load reversal: a blow rings for two or three periods.
 inline constexpr int kKnotsAfterReversal = 8;
+/// The longest time after a reversal within which play shows: a play of tens of micrometres is crossed within
+/// tens of milliseconds, and a drive that resonates above 10 Hz has rung for two periods. What lasts longer
+/// is no blow.
+inline constexpr double kLongestBlow_s = 0.2;
 
 /// Those that this measurement can show; time that several logs do not share is no coordinate.
 std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement);

@@ -25,46 +25,70 @@ std::optional<std::vector<double>> frequency_of_line(const Measurement& measurem
   return std::vector{strongest.where};
 }
 
-/// Sums over rows for a regression of a residual on a level and an offset.
-struct LevelSums {
-  double dd = 0.0, d = 0.0, one = 0.0, rd = 0.0, r = 0.0;
+/// Sums over rows for a regression of a residual on columns.
+template <int kColumns>
+struct RegressionSums {
+  using Columns = Eigen::Matrix<double, kColumns, 1>;
+  Eigen::Matrix<double, kColumns, kColumns> gram = Eigen::Matrix<double, kColumns, kColumns>::Zero();
+  Columns right = Columns::Zero();
 
-  LevelSums operator-(const LevelSums& other) const {
-    return {dd - other.dd, d - other.d, one - other.one, rd - other.rd, r - other.r};
+  RegressionSums plus(const Columns& column, double residual_N, double weight) const {
+    return {gram + weight * column * column.transpose(), right + weight * residual_N * column};
   }
-  /// The sum of squares that the regression explains.
-  double explained() const {
-    if (!(one > 0.0)) return 0.0;
-    const double mean = r * r / one;
-    const double spread = dd - d * d / one;
-    const double joint = rd - r * d / one;
-    return spread > 1e-9 * dd ? mean + joint * joint / spread : mean;
+  RegressionSums operator-(const RegressionSums& other) const {
+    return {gram - other.gram, right - other.right};
+  }
+  /// The sum of squares that the regression explains. Columns that are nothing here, compared with the
+  /// `whole` log, are left out: an axis that stands has no acceleration but what rounding leaves.
+  double explained(const RegressionSums& whole) const {
+    const Columns least = 1e-9 * whole.gram.diagonal();
+    const Columns scale = (gram.diagonal().array() > least.array())
+                              .select(gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse(), 0.0);
+    Eigen::Matrix<double, kColumns, kColumns> scaled = scale.asDiagonal() * gram * scale.asDiagonal();
+    scaled.diagonal().array() += 1e-9;
+    const Columns target = scale.cwiseProduct(right);
+    return target.dot(scaled.ldlt().solve(target));
   }
 };
 
-/// The time that divides the log so that a level and an offset of its own on either side explain most of the
-/// residual (a structural break; Chow 1960, Quandt 1960).
-std::optional<std::vector<double>> time_of_change(const Measurement& measurement, const FittedModel& model) {
+/// The time that divides the log so that a regression of its own on either side, on the columns of a row,
+/// explains most of the residual (a structural break; Chow 1960, Quandt 1960).
+template <int kColumns, class ColumnsOfRow>
+std::optional<std::vector<double>> time_of_break(const Measurement& measurement, const FittedModel& model,
+                                                 ColumnsOfRow&& columns_of) {
   const Eigen::VectorXd residual_N = model.linearisation->residual_N();
-  const Eigen::VectorXd dry_N = at_rows(measurement, model.linearisation->sample_dry_N());
   const Eigen::VectorXd& weights = measurement.fit_weights();
-  std::vector<LevelSums> until(static_cast<std::size_t>(residual_N.size()) + 1);
+  std::vector<RegressionSums<kColumns>> until(static_cast<std::size_t>(residual_N.size()) + 1);
   for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
-    const double w = weights(row), d = dry_N(row), r = residual_N(row);
-    const LevelSums& before = until[static_cast<std::size_t>(row)];
-    until[static_cast<std::size_t>(row) + 1] = {before.dd + w * d * d, before.d + w * d, before.one + w,
-                                                before.rd + w * r * d, before.r + w * r};
+    until[static_cast<std::size_t>(row) + 1] =
+        until[static_cast<std::size_t>(row)].plus(columns_of(row), residual_N(row), weights(row));
   }
   double most = 0.0;
   std::size_t best = 0;
   for (std::size_t row = 1; row + 1 < until.size(); ++row) {
-    const double explained = until[row].explained() + (until.back() - until[row]).explained();
+    const double explained =
+        until[row].explained(until.back()) + (until.back() - until[row]).explained(until.back());
     if (explained <= most) continue;
     most = explained;
     best = row;
   }
   if (best == 0) return {};
   return std::vector{measurement.sample(measurement.row_samples()[best]).time_s};
+}
+
+/// Of friction and offset.
+std::optional<std::vector<double>> time_of_change(const Measurement& measurement, const FittedModel& model) {
+  const Eigen::VectorXd dry_N = at_rows(measurement, model.linearisation->sample_dry_N());
+  return time_of_break<2>(measurement, model,
+                          [&](Eigen::Index row) { return Eigen::Vector2d(dry_N(row), 1.0); });
+}
+
+/// Of the mass.
+std::optional<std::vector<double>> time_of_load(const Measurement& measurement, const FittedModel& model) {
+  const Eigen::VectorXd acceleration_mps2 = at_rows(measurement, measurement.acceleration_mps2());
+  return time_of_break<1>(measurement, model, [&](Eigen::Index row) {
+    return Eigen::Matrix<double, 1, 1>(acceleration_mps2(row));
+  });
 }
 
 /// The residual over the position, rows in the order of the position.
@@ -231,7 +255,8 @@ std::optional<std::vector<double>> distance_of_deflection(const Measurement& mea
 
 /// The time after a load reversal within which the force differs, and the friction that decides when the load
 /// changes its sign: that of the whole axis by its whole mass, or of a carriage that is a part of it. The
-/// knots lie half a period of the bandwidth apart, closer they are not told apart, or up to four times that.
+/// knots lie half a period of the bandwidth apart, closer they are not told apart, or up to four times that,
+/// but no longer than a blow lasts.
 std::optional<std::vector<double>> window_and_friction(const Measurement& measurement,
                                                        const FittedModel& model,
                                                        const EffectDescription& cause,
@@ -241,12 +266,15 @@ std::optional<std::vector<double>> window_and_friction(const Measurement& measur
   if (!(whole_mps2 > 0.0)) return {};
   const double slip_m = mean_slip_m(*find_role(model.terms, Role::hysteresis));
   const double least_s = kKnotsAfterReversal / (2.0 * measurement.bandwidth_Hz());
+  if (least_s > kLongestBlow_s) return {};
+  const double most_s = std::min(4.0 * least_s, kLongestBlow_s);
   std::vector<std::vector<double>> starts;
   for (const double wider : {1.0, 2.0, 4.0}) {
-    for (const double share : {1.0, 0.5}) starts.push_back({wider * least_s, whole_mps2 / share, slip_m});
+    const double window_s = std::min(wider * least_s, most_s);
+    for (const double share : {1.0, 0.5}) starts.push_back({window_s, whole_mps2 / share, slip_m});
   }
   return best_of(measurement, model, cause, std::move(starts),
-                 {{0, least_s, 4.0 * least_s, true}, deceleration_range(whole_mps2)}, near, effort);
+                 {{0, least_s, most_s, true}, deceleration_range(whole_mps2)}, near, effort);
 }
 
 /// The work on shapes that were found beside other effects.
@@ -263,6 +291,8 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
       return frequency_of_line(measurement, model);
     case CauseForm::change_at_a_time:
       return time_of_change(measurement, model);
+    case CauseForm::load_from_a_time:
+      return time_of_load(measurement, model);
     case CauseForm::force_at_a_place:
       return place_and_width(measurement, model);
     case CauseForm::gap_in_drive:

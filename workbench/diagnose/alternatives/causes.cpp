@@ -11,6 +11,7 @@
 #include "workbench/base/axis_units.h"
 #include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
+#include "workbench/base/statistics.h"
 #include "workbench/estimate/nonlinear/tangent.h"
 
 namespace slipstack::workbench {
@@ -71,8 +72,9 @@ class DescribedCause {
     for (const RowRange& range : block_ranges(measurement_))
       variance += std::pow(weighted.segment(range.first, range.count).sum(), 2);
     variance /= std::max(weights.squaredNorm(), 1e-300);
-    const Eigen::VectorXd change_N = model_.linearisation->columns().middleCols(first_, 2) *
-                                     Eigen::Vector2d(cause_.gains[0], cause_.gains[1]);
+    const Eigen::VectorXd change_N =
+        columns() * Eigen::Map<const Eigen::VectorXd>(cause_.gains.data(),
+                                                      static_cast<Eigen::Index>(cause_.gains.size()));
     const double after = (change_N.array() != 0.0).cast<double>().sum();
     const double squared_change = change_N.squaredNorm() / std::max(after, 1.0);
     const double rows = 11.03 * variance / std::max(squared_change, 1e-300) + 1.0;
@@ -102,6 +104,15 @@ std::string change_text(const DescribedCause& cause) {
                      when_of(cause.measurement(), term.shapes[0], cause.time_half_width_s()),
                      change_with_interval(term.gains[0], errors(0)),
                      quantity_with_interval(term.gains[1], 2.0 * errors(1), "N"));
+}
+
+std::string load_text(const DescribedCause& cause) {
+  const Term& term = cause.term();
+  const Eigen::VectorXd errors = cause.errors({}, Eigen::MatrixXd::Identity(1, 1));
+  return fmt::format("the {} changes at {}, by {}, as where a payload is {}", mass_word(),
+                     when_of(cause.measurement(), term.shapes[0], cause.time_half_width_s()),
+                     quantity_with_interval(term.gains[0], 2.0 * errors(0), "kg"),
+                     term.gains[0] > 0.0 ? "picked up" : "put down");
 }
 
 /// A step of a shape for its derivative, far below the scale on which the force is curved.
@@ -182,19 +193,46 @@ double knot_s(const Term& term, std::ptrdiff_t knot) {
   return term.shapes[0] + knot_distance_s(term) * static_cast<double>(knot);
 }
 
-std::string curve_text(const DescribedCause& cause) {
+/// The knots at which a curve over time is lowest and highest, among those that the log determines: in the
+/// first and the last interval there may be hardly any rows, and the curve is anywhere there. Their errors
+/// are far above the usual one.
+struct KnotsOfCurve {
+  std::ptrdiff_t lowest = 0;
+  std::ptrdiff_t highest = 0;
+};
+KnotsOfCurve extreme_knots(const DescribedCause& cause) {
+  const std::vector<double>& value_N = cause.term().gains;
+  const auto count = static_cast<Eigen::Index>(value_N.size());
+  const Eigen::VectorXd errors_N = cause.errors({}, Eigen::MatrixXd::Identity(count, count));
+  constexpr double kUsual = 4.0;  // times the median error; chosen
+  const double most_N = kUsual * median({errors_N.begin(), errors_N.end()});
+  KnotsOfCurve extreme{-1, -1};
+  for (std::ptrdiff_t knot = 0; knot < std::ssize(value_N); ++knot) {
+    if (errors_N(knot) > most_N) continue;
+    const double own_N = value_N[static_cast<std::size_t>(knot)];
+    if (extreme.lowest < 0 || own_N < value_N[static_cast<std::size_t>(extreme.lowest)])
+      extreme.lowest = knot;
+    if (extreme.highest < 0 || own_N > value_N[static_cast<std::size_t>(extreme.highest)]) {
+      extreme.highest = knot;
+    }
+  }
+  return extreme;
+}
+
+std::string curve_text(const DescribedCause& cause, const KnotsOfCurve& extreme) {
   const Term& term = cause.term();
-  const auto [low, high] = std::minmax_element(term.gains.begin(), term.gains.end());
   Eigen::MatrixXd rise = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(term.gains.size()), 1);
-  rise(high - term.gains.begin(), 0) += 1.0;
-  rise(low - term.gains.begin(), 0) -= 1.0;
+  rise(extreme.highest, 0) += 1.0;
+  rise(extreme.lowest, 0) -= 1.0;
+  const double rise_N = rise.col(0).dot(
+      Eigen::Map<const Eigen::VectorXd>(term.gains.data(), static_cast<Eigen::Index>(term.gains.size())));
   const double error_N = cause.errors({}, rise)(0);
-  const auto at = [&](auto knot) {  // a free curve shows no time better than its knots lie
-    return quantity_with_interval(knot_s(term, knot - term.gains.begin()), knot_distance_s(term), "s");
+  const auto at = [&](std::ptrdiff_t knot) {  // a free curve shows no time better than its knots lie
+    return quantity_with_interval(knot_s(term, knot), knot_distance_s(term), "s");
   };
   return fmt::format("the {} depends on time, whatever the motion: lowest at {}, higher by {} at {}",
-                     force_word(), at(low), quantity_with_interval(*high - *low, 2.0 * error_N, "N"),
-                     at(high));
+                     force_word(), at(extreme.lowest), quantity_with_interval(rise_N, 2.0 * error_N, "N"),
+                     at(extreme.highest));
 }
 
 std::string after_reversals_text(const DescribedCause& cause) {
@@ -228,6 +266,10 @@ Structure place_and_text(const DescribedCause& described) {
       structure.coordinate = Coordinate::time;
       structure.description = change_text(described);
       break;
+    case CauseForm::load_from_a_time:
+      structure.coordinate = Coordinate::time;
+      structure.description = load_text(described);
+      break;
     case CauseForm::force_at_a_place:
       structure.coordinate = Coordinate::position;
       structure.description = place_text(described);
@@ -246,9 +288,9 @@ Structure place_and_text(const DescribedCause& described) {
       break;
     case CauseForm::force_over_time: {
       structure.coordinate = Coordinate::time;
-      const auto high = std::max_element(cause.gains.begin(), cause.gains.end());
-      structure.where = knot_s(cause, high - cause.gains.begin());
-      structure.description = curve_text(described);
+      const KnotsOfCurve extreme = extreme_knots(described);
+      structure.where = knot_s(cause, extreme.highest);
+      structure.description = curve_text(described, extreme);
       break;
     }
   }

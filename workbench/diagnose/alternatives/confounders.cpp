@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -26,10 +27,14 @@ double reduction_of_all(const Diagnosis& diagnosis) {
 std::optional<Structure> curve_behind_all(const Measurement& measurement, const Diagnosis& diagnosis) {
   const Eigen::VectorXd residual_N = weighted_residual(measurement, diagnosis.baseline);
   const auto free = find_structure(measurement, residual_N);
-  const double kept = 1.0 - free.front().error_reduction;
+  // That the residual is large at times is no other explanation of it: a mode rings after reversals too.
+  const auto best =
+      std::find_if(free.begin(), free.end(), [](const Structure& one) { return !one.only_where; });
+  if (best == free.end()) return {};
+  const double kept = 1.0 - best->error_reduction;
   const double kept_by_effects = 1.0 - reduction_of_all(diagnosis);
   if (kept * kept >= kMajority * kept_by_effects * kept_by_effects) return {};
-  return free.front();
+  return *best;
 }
 
 std::optional<Structure> mass_of_another_axis(const Measurement& measurement, const Diagnosis& diagnosis) {

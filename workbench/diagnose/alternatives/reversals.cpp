@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "workbench/base/quantity.h"
+#include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -86,7 +87,7 @@ std::string share_with_interval(double share, double error) {
 }  // namespace
 
 Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  Structure best{Coordinate::reversal, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+  Structure best{Coordinate::reversal, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size()), true};
   const Eigen::VectorXd squares = residual_N.cwiseAbs2();
   const double whole = squares.sum();
   if (!(whole > 0.0)) return best;
@@ -101,8 +102,8 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       {"force", measurement.force_N()}};
   for (const auto& [name, signal] : signals) {
     const std::vector<Eigen::Index> changes = sign_changes(signal);
-    // One reversal in the last half of the log leaves the rest outside, however long it is waited.
-    for (Eigen::Index length = 2 * smear; length < residual_N.size(); length *= 2) {
+    const auto longest = static_cast<Eigen::Index>(kLongestBlow_s / row_s);
+    for (Eigen::Index length = 2 * smear; length <= longest; length *= 2) {
       const Eigen::VectorXd here = rows_after(changes, smear, length, residual_N.size());
       const double rows = here.mean();
       if (rows == 0.0 || rows > kMajority) break;  // else these are no moments

@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
+#include <span>
 #include <unsupported/Eigen/FFT>
 
 #include "workbench/base/interval.h"
@@ -16,6 +19,7 @@
 #include "workbench/diagnose/alternatives/steady_line.h"
 #include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/linear/normal_equations.h"
 #include "workbench/signal/spectrum.h"
 
@@ -160,6 +164,39 @@ double encoder_line_N(const LogPart& part, double frequency_Hz) {
   return part.rough_mass_kg * rate * rate * part.encoder_resolution_m / std::numbers::pi;
 }
 
+/// Whether the signal has a line whatever the motion: as much of it at every speed. A force that depends on
+/// the position is a line too where the speed is always the same, and a motion that repeats gives it one
+/// phase; but it is none while the axis stands or is faster. The samples are dealt to `kSpeeds` groups of as
+/// many each, by their speed; in each group the line needs the share `kMajority` of its amplitude at least,
+/// less two standard errors.
+bool is_there_at_every_speed(std::span<const double> signal, std::span<const double> velocity_mps,
+                             double cycles_per_sample) {
+  constexpr std::size_t kSpeeds = 4;
+  std::vector<std::size_t> order(signal.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::abs(velocity_mps[a]) < std::abs(velocity_mps[b]);
+  });
+  std::array<std::complex<double>, kSpeeds> of_group{};
+  std::array<double, kSpeeds> squares{};
+  std::complex<double> whole;
+  for (std::size_t rank = 0; rank < order.size(); ++rank) {
+    const std::size_t i = order[rank];
+    const std::complex<double> turned =
+        signal[i] * std::polar(1.0, -2.0 * std::numbers::pi * cycles_per_sample * static_cast<double>(i));
+    of_group[rank * kSpeeds / order.size()] += turned;
+    squares[rank * kSpeeds / order.size()] += std::norm(turned);
+    whole += turned;
+  }
+  const double amplitude = std::max(std::abs(whole), 1e-300);
+  for (std::size_t group = 0; group < kSpeeds; ++group) {
+    const double in_phase = std::real(of_group[group] * std::conj(whole)) / amplitude;
+    const double error = std::sqrt(0.5 * squares[group]);
+    if (in_phase + 2.0 * error < kMajority * amplitude / static_cast<double>(kSpeeds)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
@@ -192,6 +229,10 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
     if (!line || (best && line->chance >= best->chance)) continue;
     const bool in_force = is_steady_at(of_part(measurement.log().force_N, part), search, line->frequency_Hz);
     if (!in_force && line->amplitude_N < encoder_line_N(part, line->frequency_Hz)) continue;
+    if (!is_there_at_every_speed(of_part(residual_N, part), of_part(measurement.velocity_mps(), part),
+                                 line->frequency_Hz / measurement.sample_rate_Hz())) {
+      continue;
+    }
     best = line;
     at = &part;
   }

@@ -60,10 +60,13 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
   constexpr double kUsual = 0.35;
   const double time_s = row_times(measurement)(strongest);
   const std::string when = when_of(measurement, time_s, spread_of_moment_s(measurement));
-  return {Coordinate::time, reduction_beyond(share, kUsual), time_s,
+  return {Coordinate::time,
+          reduction_beyond(share, kUsual),
+          time_s,
           fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
                       100.0 * share, when),
-          residual};
+          residual,
+          true};
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ struct Structure {
   double where = 0.0;
   std::string description;      ///< a sentence without its capital and its full stop
   Eigen::VectorXd explained_N;  ///< the part of the residual that the structure explains, at the rows
+  bool only_where = false;      ///< it tells when the residual is large, and no force
 };
 
 /// Searches `residual_N` (rows) for structure along every coordinate: one for each, the strongest first.

@@ -82,9 +82,12 @@ std::string with_interval(const Fitted& fitted, const char* unit) {
   return quantity_with_interval(fitted.value, 2.0 * fitted.standard_error, unit);
 }
 
+/// Of a shape that is positive (all but places), an interval that contains zero says nothing of its size.
 std::string shape_with_interval(const Term& term, std::size_t shape) {
-  return shape_value_with_interval(term.effect->shapes[shape], term.shapes[shape],
-                                   2.0 * term.shape_standard_error(shape));
+  const ShapeSpec& spec = term.effect->shapes[shape];
+  const double half_width = 2.0 * term.shape_standard_error(shape);
+  const std::string text = shape_value_with_interval(spec, term.shapes[shape], half_width);
+  return spec.lower >= 0.0f && half_width >= term.shapes[shape] ? text + ", not determined" : text;
 }
 
 /// The amplitude of a group of gains: of cosine and sine gains that of the strongest harmonic.

@@ -198,8 +198,14 @@ bool lag_is_immediate(const FittedModel& model) {
 bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& model) {
   const Term* lag = find_role(model.terms, Role::friction_memory);
   if (lag == nullptr) return false;
-  return lag->shapes[2] > lag->effect->traits.plausible.most_memory_s &&
-         lag->shapes[3] > value_range(measurement.position_m()).length();
+  const double time_s = lag->shapes[2];
+  const double distance_m = lag->shapes[3];
+  const double velocity_mps = rms(measurement.velocity_mps());
+  // The faster of both is what is seen.
+  const double memory_s = 1.0 / (1.0 / time_s + velocity_mps / distance_m);
+  const bool by_distance = distance_m < time_s * velocity_mps;
+  return memory_s > lag->effect->traits.plausible.most_memory_s ||
+         (by_distance && distance_m > kMajority * value_range(measurement.position_m()).length());
 }
 
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,

@@ -7,6 +7,7 @@
 
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -97,6 +98,7 @@ bool ripple_not_supported(const Measurement& measurement, const FittedModel& mod
                                     [](const ShapeSpec& shape) { return shape.kind == ShapeKind::pitch; });
     if (pitch == shapes.end() || contains(known, model.terms[i].effect->text.id)) continue;
     const double pitch_m = model.terms[i].shapes[static_cast<std::size_t>(pitch - shapes.begin())];
+    if (is_about_one_turn(pitch_m)) continue;
     const double share =
         share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), pitch_m);
     // True ripples show 0.99 to 1.03, others 0.4 at most (docs/theory.md).

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <span>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/base/wide_vectors.h"
 #include "workbench/estimate/nonlinear/user_effect_starts.h"
 #include "workbench/estimate/terms/search_ranges.h"
@@ -124,6 +125,7 @@ std::vector<double> pitch_starts(const Measurement& measurement, const ShapeRang
       if (p > range.lower && p < range.upper) starts.push_back(p);
     }
   }
+  if (axis_is_rotary() && kTurn_rad < range.upper) starts.push_back(kTurn_rad);
   if (starts.empty()) starts.push_back(middle_of(range));
   return starts;
 }

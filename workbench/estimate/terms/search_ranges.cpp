@@ -50,6 +50,21 @@ bool changes_over_log(const EffectDescription& effect) {
 constexpr double kEndlessMemory = 10.0;
 constexpr double kStraightLine = 100.0;
 
+/// How far above the band a mode may lie, in bandwidths: at two thirds of its frequency it already multiplies
+/// its mass by 1.8, which no payload does.
+constexpr double kBeyondBand = 1.5;
+
+/// How far a pitch may be from one turn to be that of gravity or of an eccentric part. Chosen.
+constexpr double kAboutOneTurn = 0.03;
+
+/// A period that does not fit twice into the stroke cannot be observed as a repetition. One turn need not be
+/// observed: an angle repeats after it. Less than half of one shows no more than a line with a bend.
+double longest_pitch_m(const Measurement& measurement) {
+  const double stroke_m = value_range(measurement.position_m()).length();
+  const bool shows_turn = axis_is_rotary() && stroke_m > 0.5 * kTurn_rad;
+  return std::max(0.5 * stroke_m, shows_turn ? (1.0 + kAboutOneTurn) * kTurn_rad : 0.0);
+}
+
 /// Intersection of the catalogue's bounds with what the log shows.
 ShapeRange narrowed(const Measurement& measurement, const EffectDescription& effect, std::size_t index) {
   const ShapeSpec& spec = effect.shapes[index];
@@ -84,12 +99,11 @@ ShapeRange narrowed(const Measurement& measurement, const EffectDescription& eff
                                                             : kEndlessMemory * measurement.duration_s());
       break;
     case ShapeKind::pitch:
-      // A period that does not fit twice into the stroke cannot be observed as a repetition.
-      narrow(20.0 * measurement.encoder_resolution_m(), 0.5 * value_range(measurement.position_m()).length());
+      narrow(20.0 * measurement.encoder_resolution_m(), longest_pitch_m(measurement));
       break;
     case ShapeKind::frequency:
       narrow(4.0 / (static_cast<double>(measurement.sample_count()) * measurement.tick_s()),
-             measurement.bandwidth_Hz());
+             kBeyondBand * measurement.bandwidth_Hz());
       break;
     default:
       break;
@@ -116,6 +130,10 @@ double nominal(ShapeKind kind, const ShapeRange& range) {
 ValueRange value_range(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return {*low, *high};
+}
+
+bool is_about_one_turn(double pitch_m) {
+  return axis_is_rotary() && std::abs(pitch_m / kTurn_rad - 1.0) < kAboutOneTurn;
 }
 
 bool is_at_bound(const ShapeRange& range, double value) {

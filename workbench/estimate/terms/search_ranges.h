@@ -19,6 +19,9 @@ struct ShapeRange {
   double nominal = 0.0;     ///< of nominal_shapes() only: the value held until all else is identified
 };
 
+/// Whether a pitch of a rotary axis is that of gravity or of an eccentric part: one turn.
+bool is_about_one_turn(double pitch_m);
+
 /// Whether a search ended at an end of the range with this value, but for rounding.
 bool is_at_bound(const ShapeRange& range, double value);
 
@@ -37,8 +40,9 @@ struct ValueRange {
 ValueRange value_range(const std::vector<double>& values);
 
 /// Shapes of the effect that the search moves, with the bounds of the catalogue narrowed to what the log can
-/// show: no velocity above its fastest, no pitch longer than half its stroke, no frequency beyond its
-/// bandwidth. Grids and maps (slip distances, places) are set by default_shapes() and not searched.
+/// show: no velocity above its fastest, no pitch longer than half its stroke (on a rotary axis that moves
+/// over more than half a turn, than one turn), no frequency beyond one and a half times its bandwidth. Grids
+/// and maps (slip distances, places) are set by default_shapes() and not searched.
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
 
 /// Whether this log can show the period of the effect: it must fit into the travel twice. True for effects

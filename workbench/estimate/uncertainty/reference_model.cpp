@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/estimate/uncertainty/reference_model.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,18 @@ namespace {
 bool is_periodic(const EffectDescription& effect) {
   return effect.acts_as(Acts::force) &&
          (effect.has_shape(ShapeKind::pitch) || effect.has_shape(ShapeKind::frequency));
+}
+
+/// Whether the model has a mode that multiplies the noise of the encoder within the band: one that is true,
+/// and below its end.
+bool has_mode_within_band(const Measurement& measurement, const Terms& terms) {
+  const Term* const mode = find_role(terms, Role::resonance);
+  const auto& shapes = mode->effect->shapes;
+  const auto frequency = std::find_if(shapes.begin(), shapes.end(), [](const ShapeSpec& shape) {
+    return shape.kind == ShapeKind::frequency;
+  });
+  const double frequency_Hz = mode->shapes[static_cast<std::size_t>(frequency - shapes.begin())];
+  return !has_no_true_mode(terms) && frequency_Hz < measurement.bandwidth_Hz();
 }
 
 }  // namespace
@@ -35,7 +48,7 @@ FittedModel reference_model(Measurement& measurement) {
     const bool of_mass = effect.has_role(Role::resonance);
     if (!is_periodic(effect) || !period_fits(measurement, effect) || (of_mass && weightless)) continue;
     const Trial trial = try_effect(measurement, model, effect, {});
-    if (of_mass && has_no_true_mode(trial.terms)) continue;
+    if (of_mass && !has_mode_within_band(measurement, trial.terms)) continue;
     model = fit_gains(measurement, trial.terms, &model);
   }
   return model;
