@@ -37,6 +37,7 @@ double storage_error(const RawTable::Column& column, double largest) {
 /// lie within one turn, and a step from sample to sample is less than a quarter of a turn, or more than three
 /// quarters: between them no one could tell forward from backward.
 std::size_t unwrap(std::vector<double>& angle_rad) {
+  if (angle_rad.empty()) return 0;
   const auto [lowest, highest] = std::minmax_element(angle_rad.begin(), angle_rad.end());
   constexpr double kRounding = 1e-3;
   if (*highest - *lowest > (1.0 + kRounding) * kTurn_rad) return 0;
@@ -84,7 +85,9 @@ class Assembler {
     take_time();
     take_position();
     take_force();
-    log_.reference_position_m = on_grid(take(Quantity::kReferencePosition));
+    log_.reference_position_m = take(Quantity::kReferencePosition);
+    if (rows_ == Rows::all && axis_is_rotary()) unwrap(log_.reference_position_m);
+    log_.reference_position_m = on_grid(std::move(log_.reference_position_m));
     log_.velocity_mps = on_grid(take(Quantity::kVelocity));
     log_.normal_force_N = on_grid(take(Quantity::kNormalForce));
     log_.temperature_C = on_grid(take(Quantity::kTemperature));
