@@ -268,9 +268,9 @@ TEST(IsImplausible, WithAGainAtThatOfTheEffectItIsAPartOf) {
   EXPECT_TRUE(is_implausible(measurement, {}, model));
 }
 
-/// Modes are searched up to one and a half times the band.
+/// Modes are searched somewhat beyond the band.
 double most_Hz(const Measurement& measurement) {
-  return 1.5 * measurement.bandwidth_Hz();
+  return 1.2 * measurement.bandwidth_Hz();
 }
 
 TEST(IsImplausible, WithAModeAtTheEndOfItsSearch) {

@@ -306,8 +306,8 @@ TEST(StandardErrors, ContainWhatABoundOfTheSearchHides) {
                    2026112403);
   const Log log = test::log_of(
       bench.axis, sim::simulate_closed_loop_log(bench.axis, programme, bench.rate_Hz, 2026112403));
-  ConditioningOptions narrower;  // modes are searched up to one and a half times the band
-  narrower.bandwidth_Hz = Measurement(log).bandwidth_Hz() / 1.5;
+  ConditioningOptions narrower;  // modes are searched up to 1.2 times the band
+  narrower.bandwidth_Hz = Measurement(log).bandwidth_Hz() / 1.2;
   Measurement measurement(log, narrower);
   weigh_rows(measurement);
   const FittedModel fitted =

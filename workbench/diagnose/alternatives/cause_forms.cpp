@@ -252,6 +252,11 @@ std::vector<const EffectDescription*> causes_to_try(const Measurement& measureme
   return causes;
 }
 
+double longest_blow_s(const Measurement& measurement) {
+  constexpr double kLongest_s = 0.2;
+  return kLongest_s + 1.0 / measurement.bandwidth_Hz();
+}
+
 bool is_outside_catalogue(const EffectDescription& effect) {
   return std::any_of(all_causes().begin(), all_causes().end(),
                      [&](const EffectDescription& one) { return &one == &effect; });

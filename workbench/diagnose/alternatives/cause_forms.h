@@ -40,9 +40,9 @@ inline constexpr int kCurveIntervals = static_cast<int>(4.0 / kWidestPlace);
 /// Knots of the force after a load reversal: a blow rings for two or three periods.
 inline constexpr int kKnotsAfterReversal = 8;
 /// The longest time after a reversal within which play shows: a play of tens of micrometres is crossed within
-/// tens of milliseconds, and a drive that resonates above 10 Hz has rung for two periods. What lasts longer
-/// is no blow.
-inline constexpr double kLongestBlow_s = 0.2;
+/// tens of milliseconds, a drive that resonates above 10 Hz has rung for two periods, and the filter of the
+/// rows spreads it by a period of the bandwidth. What lasts longer is no blow.
+double longest_blow_s(const Measurement& measurement);
 
 /// Those that this measurement can show; time that several logs do not share is no coordinate.
 std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement);

@@ -266,8 +266,9 @@ std::optional<std::vector<double>> window_and_friction(const Measurement& measur
   if (!(whole_mps2 > 0.0)) return {};
   const double slip_m = mean_slip_m(*find_role(model.terms, Role::hysteresis));
   const double least_s = kKnotsAfterReversal / (2.0 * measurement.bandwidth_Hz());
-  if (least_s > kLongestBlow_s) return {};
-  const double most_s = std::min(4.0 * least_s, kLongestBlow_s);
+  const double longest_s = longest_blow_s(measurement);
+  if (least_s > longest_s) return {};
+  const double most_s = std::min(4.0 * least_s, longest_s);
   std::vector<std::vector<double>> starts;
   for (const double wider : {1.0, 2.0, 4.0}) {
     const double window_s = std::min(wider * least_s, most_s);

@@ -102,7 +102,7 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       {"force", measurement.force_N()}};
   for (const auto& [name, signal] : signals) {
     const std::vector<Eigen::Index> changes = sign_changes(signal);
-    const auto longest = static_cast<Eigen::Index>(kLongestBlow_s / row_s);
+    const auto longest = static_cast<Eigen::Index>(longest_blow_s(measurement) / row_s);
     for (Eigen::Index length = 2 * smear; length <= longest; length *= 2) {
       const Eigen::VectorXd here = rows_after(changes, smear, length, residual_N.size());
       const double rows = here.mean();

@@ -41,7 +41,7 @@ ValueRange value_range(const std::vector<double>& values);
 
 /// Shapes of the effect that the search moves, with the bounds of the catalogue narrowed to what the log can
 /// show: no velocity above its fastest, no pitch longer than half its stroke (on a rotary axis that moves
-/// over more than half a turn, than one turn), no frequency beyond one and a half times its bandwidth. Grids
+/// over more than half a turn, than one turn), no frequency beyond 1.2 times its bandwidth. Grids
 /// and maps (slip distances, places) are set by default_shapes() and not searched.
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
 
