@@ -256,7 +256,7 @@ std::optional<std::vector<double>> distance_of_deflection(const Measurement& mea
 /// The time after a load reversal within which the force differs, and the friction that decides when the load
 /// changes its sign: that of the whole axis by its whole mass, or of a carriage that is a part of it. The
 /// knots lie half a period of the bandwidth apart, closer they are not told apart, or up to four times that,
-/// but no longer than a blow lasts.
+/// but beyond the first no longer than a blow lasts.
 std::optional<std::vector<double>> window_and_friction(const Measurement& measurement,
                                                        const FittedModel& model,
                                                        const EffectDescription& cause,
@@ -266,16 +266,15 @@ std::optional<std::vector<double>> window_and_friction(const Measurement& measur
   if (!(whole_mps2 > 0.0)) return {};
   const double slip_m = mean_slip_m(*find_role(model.terms, Role::hysteresis));
   const double least_s = kKnotsAfterReversal / (2.0 * measurement.bandwidth_Hz());
-  const double longest_s = longest_blow_s(measurement);
-  if (least_s > longest_s) return {};
-  const double most_s = std::min(4.0 * least_s, longest_s);
+  const double most_s = std::max(least_s, std::min(4.0 * least_s, longest_blow_s(measurement)));
   std::vector<std::vector<double>> starts;
   for (const double wider : {1.0, 2.0, 4.0}) {
     const double window_s = std::min(wider * least_s, most_s);
     for (const double share : {1.0, 0.5}) starts.push_back({window_s, whole_mps2 / share, slip_m});
   }
-  return best_of(measurement, model, cause, std::move(starts),
-                 {{0, least_s, most_s, true}, deceleration_range(whole_mps2)}, near, effort);
+  std::vector<ShapeRange> ranges{deceleration_range(whole_mps2)};
+  if (most_s > least_s) ranges.push_back({0, least_s, most_s, true});
+  return best_of(measurement, model, cause, std::move(starts), ranges, near, effort);
 }
 
 /// The work on shapes that were found beside other effects.
