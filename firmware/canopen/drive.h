@@ -36,8 +36,6 @@ class Drive final : public Application {
   /// Once in every pass of the main loop. `reports`: the node takes part in the bus.
   void watch_trial(std::uint32_t now_us, bool reports);
 
-  ParameterStatus last_apply() const { return model_.last_status(); }
-
   // ---- what communication means ----
 
   void reset(Dictionary& dictionary) override;

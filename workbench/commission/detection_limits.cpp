@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,14 +20,6 @@ namespace {
 /// Of the highest frequency at which a mode is looked for; the mode at its end is none (plausibility.h).
 constexpr std::array kShares{0.75, 0.5, 0.25};
 
-/// The searched range of the frequency of a mode.
-std::optional<ShapeRange> frequencies_of(const Measurement& measurement, const EffectDescription& mode) {
-  for (const ShapeRange& range : searched_shapes(measurement, mode)) {
-    if (mode.shapes[range.index].kind == ShapeKind::frequency) return range;
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::string delay_limit_text(const Measurement& measurement, const FittedModel& explained) {
@@ -42,8 +33,9 @@ std::string delay_limit_text(const Measurement& measurement, const FittedModel& 
 
 std::string mode_limit_text(const Measurement& measurement, const FittedModel& explained) {
   const EffectDescription& resonance = effect_with_role(Role::resonance);
-  const auto frequencies = frequencies_of(measurement, resonance);
-  if (has_role(explained.terms, Role::resonance) || !frequencies) return "";
+  const std::vector<ShapeRange> ranges = searched_shapes(measurement, resonance);
+  const ShapeRange* frequencies = find_range(ranges, resonance, ShapeKind::frequency);
+  if (has_role(explained.terms, Role::resonance) || frequencies == nullptr) return "";
   const ResidualMaker residual_maker = baseline_residual_maker(measurement, explained);
   const double heaviest_kg = resonance.traits.plausible.most_axis_masses * mass_kg(explained.terms);
   std::vector<std::string> below;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/text.h"
 #include "workbench/log/csv/columns.h"
 #include "workbench/log/sampling/encoder_step.h"
@@ -301,9 +302,9 @@ void require_force(const std::string& where, double lowest_N, double highest_N) 
   if (lowest_N == highest_N) {
     throw InputError(
         fmt::format("{}: the {} never changes (it is always {:.6g} {}); check the sensor or the export",
-                    where, axis_is_rotary() ? "torque" : "force", lowest_N, axis_unit("N")));
+                    where, force_word(), lowest_N, axis_unit("N")));
   }
-  require_possible(where, axis_is_rotary() ? "torque" : "force", lowest_N, highest_N, axis_unit("N"));
+  require_possible(where, force_word(), lowest_N, highest_N, axis_unit("N"));
 }
 
 Log assemble_log(RawTable table) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,11 @@ struct Term {
   std::vector<double> level_standard_errors;
 
   std::string id() const { return effect->id(); }
+  /// Value of the first shape of this kind.
+  std::optional<double> shape(ShapeKind kind) const {
+    const auto index = effect->find_shape(kind);
+    return index ? std::optional(shapes[*index]) : std::nullopt;
+  }
   /// Number of gains in one set, and number of sets.
   std::size_t gains_per_set() const { return static_cast<std::size_t>(effect->gain_count); }
   std::size_t gain_sets() const { return gains.empty() ? 1 : gains.size() / gains_per_set(); }
@@ -79,7 +85,7 @@ double mean_slip_m(const Term& hysteresis);
 bool mass_is_free(const Terms& terms);
 
 /// Whether the terms have an implausible mode: of a damping that no structure has (a line in time takes the
-/// form of a mode without any), much heavier than the axis, or holding nearly all of its mass. The parameters
+/// form of a mode without any), or of nearly all of the mass of the axis. The parameters
 /// of a mode take such values when it fits something else: a delay, or, in slow motion of one frequency,
 /// friction of another form.
 bool has_no_true_mode(const Terms& terms);

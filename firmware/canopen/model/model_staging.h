@@ -21,8 +21,6 @@ class ModelStaging {
   ModelStaging(Controller& controller, SignalScaling* scaling, AbsoluteEncoder* encoder)
       : controller_(controller), scaling_(scaling), encoder_(encoder) {}
 
-  ParameterStatus last_status() const { return status_; }
-
   /// The dictionary holds other values, after a start or a reset: step() brings them into force.
   void reset() { phase_ = Phase::kStopping; }
   bool resetting() const { return phase_ != Phase::kNone; }

@@ -31,17 +31,11 @@ struct Fitted {
 
 /// The values of a map over its travel, with these gains.
 std::vector<double> map_values(const Term& term, std::span<const double> gains) {
-  const auto at = [&](ShapeKind kind) {
-    const auto& shapes = term.effect->shapes;
-    const auto found = std::find_if(shapes.begin(), shapes.end(),
-                                    [kind](const ShapeSpec& shape) { return shape.kind == kind; });
-    return term.shapes[static_cast<std::size_t>(found - shapes.begin())];
-  };
+  const double first_m = term.shape(ShapeKind::position).value();
+  const double travel_m = term.shape(ShapeKind::travel).value();
   std::vector<Sample<double>> samples(kPlacesOfMap + 1);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    samples[i].position_m = at(ShapeKind::position) + at(ShapeKind::travel) * static_cast<double>(i) /
-                                                          static_cast<double>(kPlacesOfMap);
-  }
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    samples[i].position_m = first_m + travel_m * static_cast<double>(i) / static_cast<double>(kPlacesOfMap);
   const auto map =
       term.effect->make_force(term.shapes, gains, {.tick_s = 1.0, .metres_per_displacement = 1.0});
   map->reset(samples.front());

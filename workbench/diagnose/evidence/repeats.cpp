@@ -93,14 +93,10 @@ double share_supported(const Eigen::VectorXd& claimed_N, const Eigen::VectorXd& 
 
 bool ripple_not_supported(const Measurement& measurement, const FittedModel& model, const Terms& known) {
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
-    const auto& shapes = model.terms[i].effect->shapes;
-    const auto pitch = std::find_if(shapes.begin(), shapes.end(),
-                                    [](const ShapeSpec& shape) { return shape.kind == ShapeKind::pitch; });
-    if (pitch == shapes.end() || contains(known, model.terms[i].effect->text.id)) continue;
-    const double pitch_m = model.terms[i].shapes[static_cast<std::size_t>(pitch - shapes.begin())];
-    if (is_about_one_turn(pitch_m)) continue;
+    const auto pitch_m = model.terms[i].shape(ShapeKind::pitch);
+    if (!pitch_m || is_about_one_turn(*pitch_m) || contains(known, model.terms[i].id())) continue;
     const double share =
-        share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), pitch_m);
+        share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), *pitch_m);
     // True ripples show 0.99 to 1.03, others 0.4 at most (docs/theory.md).
     if (share < kMajority) return true;
   }

@@ -98,15 +98,6 @@ class Measurement {
   /// Parts [first, end) of one log; empty where this measurement contains none of it.
   Interval parts_of_log(std::size_t log) const;
   RowRange rows_of_log(std::size_t log) const;
-  /// Calls visit(part index, first sample, count) for each part of the samples [first, first + count).
-  template <class Visit>
-  void each_part(std::size_t first, std::size_t count, Visit&& visit) const {
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      const std::size_t from = std::max(first, parts_[p].first_sample);
-      const std::size_t to = std::min(first + count, parts_[p].end_sample());
-      if (from < to) visit(p, from, to - from);
-    }
-  }
   /// Number of gain sets of an effect: one, or one for each log.
   std::size_t gain_sets(std::string_view effect) const;
 

@@ -130,6 +130,16 @@ std::vector<double> pitch_starts(const Measurement& measurement, const ShapeRang
   return starts;
 }
 
+/// The residual with the sign of the velocity: what dry friction has in excess.
+Eigen::VectorXd along_motion(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
+  Eigen::VectorXd along_N = residual_N;
+  for (Eigen::Index row = 0; row < along_N.size(); ++row) {
+    const std::size_t sample = measurement.row_samples()[static_cast<std::size_t>(row)];
+    if (measurement.velocity_mps()[sample] < 0.0) along_N(row) = -along_N(row);
+  }
+  return along_N;
+}
+
 std::vector<double> frequency_starts(const Measurement& measurement, const ShapeRange& range,
                                      const Eigen::VectorXd& residual_N) {
   const std::span<const double> rows(residual_N.data(), static_cast<std::size_t>(residual_N.size()));
@@ -146,12 +156,9 @@ std::vector<double> frequency_starts(const Measurement& measurement, const Shape
 std::vector<std::vector<double>> with_lag_distances(const std::vector<ShapeRange>& ranges,
                                                     const EffectDescription& effect,
                                                     std::vector<std::vector<double>> points) {
-  const auto is_kind = [&](ShapeKind kind) {
-    return [&effect, kind](const ShapeRange& range) { return effect.shapes[range.index].kind == kind; };
-  };
-  const auto distance = std::find_if(ranges.begin(), ranges.end(), is_kind(ShapeKind::lag_distance));
-  const auto time = std::find_if(ranges.begin(), ranges.end(), is_kind(ShapeKind::time_constant));
-  if (distance == ranges.end() || time == ranges.end()) return points;
+  const ShapeRange* distance = find_range(ranges, effect, ShapeKind::lag_distance);
+  const ShapeRange* time = find_range(ranges, effect, ShapeKind::time_constant);
+  if (distance == nullptr || time == nullptr) return points;
   std::vector<std::vector<double>> all;
   for (auto& point : points) {
     point[distance->index] = distance->upper;
@@ -180,6 +187,8 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
       case ShapeKind::pitch:
         if (effect.acts_as(Acts::total_scale)) {
           values = pitch_starts(measurement, range, residual_N.cwiseProduct(force_N));
+        } else if (effect.acts_as(Acts::dry_scale)) {
+          values = pitch_starts(measurement, range, along_motion(measurement, residual_N));
         } else {
           values = pitch_starts(measurement, range, residual_N);
         }

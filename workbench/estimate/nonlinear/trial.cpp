@@ -24,10 +24,8 @@ constexpr double kNearBestBeforeRefining = 1.03;  ///< the same, before the pitc
 /// something that happens at reversals, and the log contains no evidence for this effect.
 bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange>& ranges,
                    const std::vector<double>& shapes) {
-  return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
-    return effect.shapes[range.index].kind == ShapeKind::fading_velocity &&
-           shapes[range.index] < 1.05 * range.lower;
-  });
+  const ShapeRange* velocity = find_range(ranges, effect, ShapeKind::fading_velocity);
+  return velocity != nullptr && shapes[velocity->index] < 1.05 * velocity->lower;
 }
 
 /// Whether the effect is a map over a travel, or repeats within one, of which friction takes most to develop
@@ -90,10 +88,8 @@ SearchResult with_shortest_pitch(const EffectDescription& effect, const std::vec
 std::vector<std::vector<std::vector<double>>> groups_of_starts(const EffectDescription& effect,
                                                                const std::vector<ShapeRange>& ranges,
                                                                std::vector<std::vector<double>> starts) {
-  const auto distance = std::find_if(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
-    return effect.shapes[range.index].kind == ShapeKind::lag_distance;
-  });
-  if (distance == ranges.end()) return {std::move(starts)};
+  const ShapeRange* distance = find_range(ranges, effect, ShapeKind::lag_distance);
+  if (distance == nullptr) return {std::move(starts)};
   const auto by_distance = std::stable_partition(starts.begin(), starts.end(), [&](const auto& shapes) {
     return shapes[distance->index] == distance->upper;
   });

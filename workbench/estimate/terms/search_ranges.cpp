@@ -133,6 +133,14 @@ ValueRange value_range(const std::vector<double>& values) {
   return {*low, *high};
 }
 
+const ShapeRange* find_range(const std::vector<ShapeRange>& ranges, const EffectDescription& effect,
+                             ShapeKind kind) {
+  for (const ShapeRange& range : ranges) {
+    if (effect.shapes[range.index].kind == kind) return &range;
+  }
+  return nullptr;
+}
+
 bool is_about_one_turn(double pitch_m) {
   return axis_is_rotary() && std::abs(pitch_m / kTurn_rad - 1.0) < kAboutOneTurn;
 }

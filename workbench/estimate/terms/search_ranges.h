@@ -19,6 +19,10 @@ struct ShapeRange {
   double nominal = 0.0;     ///< of nominal_shapes() only: the value held until all else is identified
 };
 
+/// The range of the first shape of this kind, or nullptr where none of the ranges is of it.
+const ShapeRange* find_range(const std::vector<ShapeRange>& ranges, const EffectDescription& effect,
+                             ShapeKind kind);
+
 /// Whether a pitch of a rotary axis is that of gravity or of an eccentric part: one turn.
 bool is_about_one_turn(double pitch_m);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/estimate/uncertainty/reference_model.h"
 
-#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -23,12 +22,7 @@ bool is_periodic(const EffectDescription& effect) {
 /// and below its end.
 bool has_mode_within_band(const Measurement& measurement, const Terms& terms) {
   const Term* const mode = find_role(terms, Role::resonance);
-  const auto& shapes = mode->effect->shapes;
-  const auto frequency = std::find_if(shapes.begin(), shapes.end(), [](const ShapeSpec& shape) {
-    return shape.kind == ShapeKind::frequency;
-  });
-  const double frequency_Hz = mode->shapes[static_cast<std::size_t>(frequency - shapes.begin())];
-  return !has_no_true_mode(terms) && frequency_Hz < measurement.bandwidth_Hz();
+  return !has_no_true_mode(terms) && mode->shape(ShapeKind::frequency).value() < measurement.bandwidth_Hz();
 }
 
 }  // namespace

@@ -237,11 +237,11 @@ const GainGroup& EffectDescription::group_of_gain(int index) const {
   throw std::out_of_range("gain index");
 }
 
-bool EffectDescription::has_shape(ShapeKind kind) const {
-  for (const ShapeSpec& shape : shapes) {
-    if (shape.kind == kind) return true;
+std::optional<std::size_t> EffectDescription::find_shape(ShapeKind kind) const {
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    if (shapes[i].kind == kind) return i;
   }
-  return false;
+  return std::nullopt;
 }
 
 bool EffectDescription::acts_as(Acts acts) const {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -39,7 +41,9 @@ struct EffectDescription {
   const GainGroup& group_of_gain(int index) const;
   bool acts_as(Acts acts) const;
   bool has_role(Role role) const { return traits.role == role; }
-  bool has_shape(ShapeKind kind) const;
+  /// Index of the first shape of this kind.
+  std::optional<std::size_t> find_shape(ShapeKind kind) const;
+  bool has_shape(ShapeKind kind) const { return find_shape(kind).has_value(); }
   /// Whether an experiment can be planned that shows it.
   bool is_plannable() const { return traits.plannable && gain_count > 0; }
   /// Number of parameters that a fit of this effect determines.
