@@ -297,6 +297,11 @@ bool is_noise_about_zero(const Log& log, const Interval& window) {
   return static_cast<double>(length) * squared_means <= kMostChiSquared * variance;
 }
 
+/// Less is not seen to be motion.
+double least_forceless_travel_m(const Log& log) {
+  return std::max(kForcelessTravel * encoder_step_m(log), axis_length(1e-4));
+}
+
 /// Whether the axis moves while the force is no more than noise.
 bool moves_without_force(const Log& log, double noise_N, const Interval& window) {
   double sum = 0.0;
@@ -308,9 +313,54 @@ bool moves_without_force(const Log& log, double noise_N, const Interval& window)
     highest = std::max(highest, log.position_m[i]);
   }
   const double most = kForcelessNoise * noise_N;
-  const double travel_m = std::max(kForcelessTravel * encoder_step_m(log), axis_length(1e-4));
-  return sum <= most * most * static_cast<double>(window.size()) && highest - lowest >= travel_m &&
-         is_noise_about_zero(log, window);
+  return sum <= most * most * static_cast<double>(window.size()) &&
+         highest - lowest >= least_forceless_travel_m(log) && is_noise_about_zero(log, window);
+}
+
+/// A drive is switched within so long [s]; the force then passes from noise to so many standard deviations of
+/// it. Both chosen.
+constexpr double kSwitching_s = 0.02;
+constexpr double kSwitchedNoise = 10.0;
+constexpr double kFive = 5.0;  ///< standard deviations that noise does not exceed
+/// A rest before motion lasts so long [s]. Chosen.
+constexpr double kRest_s = 0.1;
+
+/// Whether the drive is switched at the end of an idle interval towards `step` (-1: its start, +1: its end)
+/// while the axis moves on: the force passes from noise to far more at once. A force that inertia and
+/// friction make together passes zero evenly, or changes at once where the axis turns round.
+bool is_switched(const Log& log, double noise_N, const Interval& idle, std::ptrdiff_t step) {
+  const auto count = static_cast<std::ptrdiff_t>(log.force_N.size());
+  const auto force_N = [&](std::ptrdiff_t i) { return std::abs(log.force_N[static_cast<std::size_t>(i)]); };
+  const auto x = [&](std::ptrdiff_t i) { return log.position_m[static_cast<std::size_t>(i)]; };
+  auto edge = static_cast<std::ptrdiff_t>((idle.first + idle.end) / 2);
+  while (edge > 0 && edge + 1 < count && force_N(edge) <= kFive * noise_N) edge += step;
+  const auto within = static_cast<std::ptrdiff_t>(std::max(2.0, kSwitching_s * log.sample_rate_Hz));
+  if (edge < 2 * within || edge + 2 * within >= count) return false;
+  const bool clear = force_N(edge + step * within) > kSwitchedNoise * noise_N &&
+                     force_N(edge + step * 2 * within) > kSwitchedNoise * noise_N;
+  const double before_m = x(edge - within) - x(edge - 2 * within);
+  const double after_m = x(edge + 2 * within) - x(edge + within);
+  return clear && before_m * after_m > 0.0 &&
+         std::min(std::abs(before_m), std::abs(after_m)) > encoder_step_m(log);
+}
+
+/// Whether the axis starts from rest in an idle interval, which nothing but the drive or a hand makes it do.
+bool starts_from_rest(const Log& log, const Interval& idle) {
+  const auto rest = static_cast<std::size_t>(std::max(2.0, kRest_s * log.sample_rate_Hz));
+  const double travel_m = least_forceless_travel_m(log);
+  std::size_t still = 0;
+  double held_m = log.position_m[idle.first];
+  for (std::size_t i = idle.first; i < idle.end; ++i) {
+    const double moved_m = std::abs(log.position_m[i] - held_m);
+    if (still >= rest && moved_m >= travel_m) return true;
+    if (still >= rest || moved_m <= 1.5 * encoder_step_m(log)) {
+      still += 1;
+    } else {
+      still = 0;
+      held_m = log.position_m[i];
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -336,6 +386,10 @@ std::vector<Interval> forceless_motion(const Log& log, double noise_N) {
     one.first = one.first > window / 2 ? one.first - window / 2 : 0;
     one.end = std::min(count, one.end + window / 2);
   }
+  std::erase_if(idle, [&](const Interval& one) {
+    return !is_switched(log, noise_N, one, -1) && !is_switched(log, noise_N, one, 1) &&
+           !starts_from_rest(log, one);
+  });
   return idle;
 }
 

@@ -51,7 +51,9 @@ bool stopped_dead(const Log& log, std::size_t sample);
 /// any other standstill.
 bool force_shows_motion(const Log& log, std::size_t sample);
 
-/// Intervals of motion without any force, as when the axis is moved by hand with the drive off.
+/// Intervals of motion without any force, as when the axis is moved by hand with the drive off: it starts
+/// from rest, or the force is switched while the axis moves on. Where inertia, friction and gravity cancel,
+/// the force passes zero evenly.
 std::vector<Interval> forceless_motion(const Log& log, double noise_N);
 
 }  // namespace slipstack::workbench

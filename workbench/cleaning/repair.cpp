@@ -12,6 +12,7 @@
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
 #include "workbench/base/text.h"
+#include "workbench/cleaning/impacts.h"
 #include "workbench/cleaning/momentum.h"
 #include "workbench/cleaning/outliers.h"
 #include "workbench/cleaning/recorder_faults.h"
@@ -137,8 +138,8 @@ struct Signal {
   double least;                  ///< of an outlier
   double least_share_of_spikes;  ///< of the samples
   void (*interpolate)(Log&, const std::vector<Interval>&);
-  /// Of what looks like outliers, those that are no motion of the axis.
-  std::vector<Interval> (*faults_among)(const Log&, std::vector<Interval>);
+  /// Of what looks like outliers, those that are none of the axis.
+  std::vector<Interval> (*faults_among)(const Log&, std::vector<Interval>, Repairs&);
 };
 
 /// Interpolates the outliers of one signal of the log, except near what is cut.
@@ -146,7 +147,7 @@ void repair_outliers(Log& log, const Signal& signal, Repairs& repairs) {
   if (signal.noise <= 0.0) return;
   std::vector<Interval> repaired;
   const auto repair_those = [&](std::vector<Interval> found) {
-    found = signal.faults_among(log, beside_cuts(std::move(found), repairs));
+    found = signal.faults_among(log, beside_cuts(std::move(found), repairs), repairs);
     if (found.empty()) return false;
     // All are interpolated again, because outliers next to them are repaired now. Intervals with a single
     // good sample between them are joined.
@@ -186,7 +187,7 @@ void repair_position(Log& log, Repairs& repairs) {
                    .least = kLeastTravel * (*high - *low),
                    .least_share_of_spikes = 0.0,
                    .interpolate = interpolate_positions,
-                   .faults_among = [](const Log&, std::vector<Interval> found) { return found; }},
+                   .faults_among = [](const Log&, std::vector<Interval> found, Repairs&) { return found; }},
                   repairs);
 }
 
@@ -195,6 +196,14 @@ constexpr double kLeastForce = 0.05;
 /// A smaller share of spikes in the force is left alone: reversals of a stiff axis look like spikes and do no
 /// harm, and a bad cable gives more. The position of a mass has no such peaks.
 constexpr double kLeastShareOfForceSpikes = 1.5e-3;
+
+/// Of pulses of the force those that the axis neither follows nor causes.
+std::vector<Interval> faults_of_force_sensor(const Log& log, std::vector<Interval> pulses, Repairs& repairs) {
+  std::vector<Interval> faults = without_true_pulses(log, std::move(pulses));
+  if (!are_impacts(log, faults)) return faults;
+  if (faults.size() > repairs.impacts.size()) repairs.impacts = std::move(faults);
+  return {};
+}
 
 void repair_force(Log& log, double noise_N, Repairs& repairs) {
   // A digital force changes by at least its resolution.
@@ -206,7 +215,7 @@ void repair_force(Log& log, double noise_N, Repairs& repairs) {
                    .least = kLeastForce * rms(log.force_N),
                    .least_share_of_spikes = kLeastShareOfForceSpikes,
                    .interpolate = interpolate_force,
-                   .faults_among = without_true_pulses},
+                   .faults_among = faults_of_force_sensor},
                   repairs);
 }
 
@@ -289,7 +298,7 @@ Repairs repair(Log& log, RepairScope scope) {
     return repair_in_place(log, scope);
   } catch (const InputError&) {
     log = std::move(original);
-    return {{{0, log.position_m.size()}}, {}, {}};
+    return {.cut = {{0, log.position_m.size()}}, .jumps = {}, .impacts = {}, .notes = {}};
   }
 }
 

@@ -14,13 +14,16 @@ namespace slipstack::workbench {
 struct Repairs {
   std::vector<Interval> cut;       ///< samples to be left out of every fit; ascending, disjoint
   std::vector<EncoderJump> jumps;  ///< of the encoder, ascending
+  std::vector<Interval>
+      impacts;  ///< pulses of the force that the drive causes (are_impacts()); they are kept
   std::vector<std::string> notes;  ///< one sentence for each kind of fault: what, how much, where first
 };
 
 /// Finds faults that only a recorder or a sensor can cause, and repairs those whose true values follow from
 /// the neighbouring samples:
 /// - outliers of force or position, up to three in a row: interpolated. Many close together are a burst,
-///   caused by the axis or its surroundings, and are kept; so is a pulse of the force that moved the axis.
+///   caused by the axis or its surroundings, and are kept; so is a pulse of the force that moved the axis,
+///   and so are impacts of the drive, which are reported.
 /// - a force that is recorded at a lower rate than the position: noted with its delay, or refused.
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen without its noise (drive off, sensor lost): cut. Not at standstill in a

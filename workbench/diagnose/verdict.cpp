@@ -14,6 +14,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/bursts.h"
 #include "workbench/diagnose/alternatives/confounders.h"
+#include "workbench/diagnose/alternatives/impacts.h"
 #include "workbench/diagnose/alternatives/lost_counts.h"
 #include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/evidence/criterion.h"
@@ -45,7 +46,7 @@ bool above_floor(const Measurement& measurement, const Diagnosis& diagnosis) {
 }
 
 /// The structure to report: the strongest, or a line above the bandwidth of the rows if that explains more;
-/// else a burst, even where the residual at the rows hardly shows it.
+/// else impacts or a burst, even where the residual at the rows hardly shows them.
 std::optional<Structure> structure_to_report(const Measurement& measurement, const Diagnosis& diagnosis,
                                              const Structure& strongest) {
   std::optional<Structure> reported;
@@ -55,6 +56,7 @@ std::optional<Structure> structure_to_report(const Measurement& measurement, con
   auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
   const double known = reported ? reported->error_reduction : kStructureReduction;
   if (line && line->error_reduction >= known) reported = std::move(line);
+  if (!reported) reported = impacts_in_drive(measurement);
   if (!reported) {
     reported = burst_in_force(measurement, last.linearisation->sample_force_N(),
                               weighted_residual(measurement, last));

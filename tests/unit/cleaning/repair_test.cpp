@@ -415,6 +415,27 @@ TEST(Repair, AForceThatIsSmallAtConstantVelocityIsNoFault) {
   }
 }
 
+// Inertia and friction cancel for a while: the axis slows down by its friction alone.
+TEST(Repair, AForceThatPassesZeroEvenlyIsNoDriveOff) {
+  constexpr double kRate_Hz = 250.0;
+  test::Draw draw(13);
+  Log log;
+  log.sample_rate_Hz = kRate_Hz;
+  log.encoder_resolution_m = 1e-6;
+  double x_m = 0.0;
+  for (std::size_t i = 0; i < 15'000; ++i) {
+    const double t_s = static_cast<double>(i) / kRate_Hz;
+    const double v_mps = 0.4 * std::sin(0.9 * t_s) + 0.1 * std::sin(2.3 * t_s);
+    const double a_mps2 = 0.36 * std::cos(0.9 * t_s) + 0.23 * std::cos(2.3 * t_s);
+    x_m += v_mps / kRate_Hz;
+    log.position_m.push_back(1e-6 * std::round(1e6 * x_m));
+    log.force_N.push_back(1e-5 *
+                          std::round(1e5 * (a_mps2 + 0.12 * std::tanh(v_mps / 1e-3) + 0.03 * draw.normal())));
+  }
+  for (const std::string& note : repair(log).notes)
+    EXPECT_EQ(note.find("without any force"), std::string::npos) << note;
+}
+
 TEST(Repair, TooMuchIsRefused) {
   Log log = plant_log(18);
   test::Draw draw(9);

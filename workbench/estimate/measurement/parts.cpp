@@ -78,6 +78,7 @@ JoinedLogs join(std::vector<LogChunk> chunks) {
     LogPart part;
     part.cut = std::move(repairs.cut);
     part.jumps = std::move(repairs.jumps);
+    part.impacts = std::move(repairs.impacts);
     part.repaired = std::move(repairs.notes);
     part.path = log.path;
     part.log = chunk.log_index;

@@ -45,6 +45,7 @@ struct LogPart {
 
   std::vector<Interval> cut;          ///< intervals without information, samples counted from its first
   std::vector<EncoderJump> jumps;     ///< samples counted from its first
+  std::vector<Interval> impacts;      ///< of the drive (Repairs::impacts), samples counted from its first
   std::vector<std::string> repaired;  ///< what was repaired and cut out, one sentence each
 
   std::size_t end_sample() const { return first_sample + sample_count; }
