@@ -182,6 +182,28 @@ TEST(LineAtRows, IsFoundInAShortLog) {
   EXPECT_GT(line.error_reduction, 0.5);
 }
 
+// Of a motion that repeats a harmonic may be what the model leaves of it; a line between two is none.
+TEST(LineAtRows, IsNoHarmonicOfAMotionThatRepeats) {
+  constexpr double kPeriod_s = 2.0;
+  const double fundamental = 2.0 * std::numbers::pi / kPeriod_s;
+  const Log log = test::log_of(
+      1000.0, 40'000,
+      [&](double t) {
+        return 0.05 * std::sin(fundamental * t) + 0.02 * std::sin(3.0 * fundamental * t + 1.0);
+      },
+      [](double) { return 0.0; });
+  const Measurement measurement(log);
+  const Eigen::ArrayXd times = row_times(measurement).array();
+  const auto line_of = [&](double harmonic) {
+    Draw draw(8);
+    const Eigen::VectorXd residual_N = 0.05 * draw.matrix(measurement.row_count(), 1) +
+                                       (0.2 * (harmonic * fundamental * times).sin()).matrix();
+    return line_at_rows(measurement, residual_N).where;
+  };
+  EXPECT_EQ(line_of(9.0), 0.0);
+  EXPECT_NEAR(line_of(9.4), 9.4 / kPeriod_s, 0.01);
+}
+
 /// A log whose force is noise and `more`, and what is found above the band of the rows.
 std::optional<Structure> beyond(const std::function<double(double)>& more, std::uint64_t seed = 5) {
   Draw draw(seed);

@@ -21,6 +21,7 @@
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/linear/normal_equations.h"
+#include "workbench/signal/repetition.h"
 #include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {
@@ -118,9 +119,33 @@ Line with_intervals(const Eigen::VectorXd& times, const Halves& halves, const Ei
   return line;
 }
 
-/// The strongest line at the rows between `around_Hz` - `width_Hz` and `around_Hz` + `width_Hz`.
-Structure line_within(const Measurement& measurement, const Eigen::VectorXd& residual_N, double around_Hz,
-                      double width_Hz) {
+/// Whether the line is a harmonic of a motion that repeats, so that it need not be there whatever the motion.
+/// As far as its frequency is known, and within the resolution of the log where harmonics are so far
+/// apart that few lines are there by chance.
+bool is_harmonic_of_motion(const Measurement& measurement, const LogPart& part, const Line& line) {
+  constexpr double kByChance = 0.25;  // at most; chosen
+  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
+  const double period_s =
+      repetition_period({velocity_mps.data() + part.first_row, part.row_count}) / measurement.row_rate_Hz();
+  if (period_s == 0.0) return false;
+  const double resolution_Hz = measurement.row_rate_Hz() / static_cast<double>(part.row_count);
+  const double turns = line.frequency_Hz * period_s;
+  const double off_Hz = std::abs(turns - std::round(turns)) / period_s;
+  for (const double within_Hz : {resolution_Hz, line.frequency_half_width_Hz}) {
+    if (off_Hz <= within_Hz && 2.0 * within_Hz * period_s <= kByChance) return true;
+  }
+  return false;
+}
+
+/// No line.
+Structure no_line(const Eigen::VectorXd& residual_N) {
+  return {Coordinate::frequency, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
+}
+
+/// The strongest line at the rows between `around_Hz` - `width_Hz` and `around_Hz` + `width_Hz`, of which
+/// `strongest_in` has most.
+Structure line_within(const Measurement& measurement, const LogPart& strongest_in,
+                      const Eigen::VectorXd& residual_N, double around_Hz, double width_Hz) {
   const Eigen::VectorXd times = row_times(measurement);
   // The phase must hold over each part: the frequency steps by 0.3 of a period over the longest part.
   std::size_t longest = 0;
@@ -153,6 +178,7 @@ Structure line_within(const Measurement& measurement, const Eigen::VectorXd& res
   const Halves halves = alternating_blocks(measurement);
   const HeldOut judged = held_out(columns, residual_N, halves);
   const Line line = with_intervals(times, halves, columns, residual_N, frequency_Hz, judged.value);
+  if (is_harmonic_of_motion(measurement, strongest_in, line)) return no_line(residual_N);
   return {Coordinate::frequency, judged.error_reduction, frequency_Hz, described(line), judged.explained};
 }
 
@@ -201,16 +227,18 @@ bool is_there_at_every_speed(std::span<const double> signal, std::span<const dou
 
 Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
   Coherent best;
+  const LogPart* at = nullptr;
   double tried = 0.0;
   for (const LogPart& part : measurement.parts()) {  // the phase differs from log to log
     if (part.block_count < 2 || part.row_count < 4) continue;
     const Coherent own = most_coherent(measurement, part, residual_N);
     tried += own.tried;
-    if (own.chance < best.chance) best = own;
+    if (own.chance >= best.chance) continue;
+    best = own;
+    at = &part;
   }
-  if (is_chance(best.chance, tried))
-    return {Coordinate::frequency, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
-  return line_within(measurement, residual_N, best.frequency_Hz, best.bin_Hz);
+  if (at == nullptr || is_chance(best.chance, tried)) return no_line(residual_N);
+  return line_within(measurement, *at, residual_N, best.frequency_Hz, best.bin_Hz);
 }
 
 std::optional<Structure> line_beyond_rows(const Measurement& measurement, const std::vector<double>& model_N,
@@ -230,7 +258,8 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
     const bool in_force = is_steady_at(of_part(measurement.log().force_N, part), search, line->frequency_Hz);
     if (!in_force && line->amplitude_N < encoder_line_N(part, line->frequency_Hz)) continue;
     if (!is_there_at_every_speed(of_part(residual_N, part), of_part(measurement.velocity_mps(), part),
-                                 line->frequency_Hz / measurement.sample_rate_Hz())) {
+                                 line->frequency_Hz / measurement.sample_rate_Hz()) ||
+        is_harmonic_of_motion(measurement, part, {line->frequency_Hz, 2.0 * line->frequency_error_Hz})) {
       continue;
     }
     best = line;
