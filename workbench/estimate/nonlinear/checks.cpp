@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/errors.h"
@@ -86,11 +88,14 @@ void refuse_slow_or_short(const Measurement& measurement) {
                       printable(part.path), count, usable, kLeastInstants,
                       part.repaired.empty() ? "" : part.repaired.back()));
     }
+    const std::size_t missing = static_cast<std::size_t>(kLeastInstants - count) * measurement.row_stride();
+    const double enough_s =
+        static_cast<double>(measurement.log_sample_count(log) + missing) * measurement.tick_s();
     throw InputError(
         fmt::format("{}: {} samples leave {} instants after filtering to {:.3g} Hz, fewer than the {} that a "
-                    "fit needs; record longer",
+                    "fit needs; record longer, {:.0f} s",
                     printable(part.path), measurement.log_sample_count(log), count,
-                    measurement.bandwidth_Hz(), kLeastInstants));
+                    measurement.bandwidth_Hz(), kLeastInstants, std::ceil(enough_s)));
   }
 }
 

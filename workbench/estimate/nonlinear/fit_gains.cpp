@@ -91,7 +91,7 @@ double step_towards(const PenalisedSquares& cost, double cost_here, double cost_
     take_gains(moved, here + share * (wanted - here));
     DryTrace dry_there;
     cost_there = cost.of(moved, dry_there);
-    if (cost_there >= cost_here) return false;
+    if (!(cost_there < cost_here)) return false;
     terms = std::move(moved);
     dry = std::move(dry_there);
     return true;
