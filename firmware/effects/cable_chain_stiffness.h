@@ -34,7 +34,7 @@ class CableChainStiffness {
           "the whole range both ways: gravity of a link vanishes with the axis vertical, a cable with "
           "the cable unhooked"};
   static constexpr std::array<GainGroup, 4> gains{{
-      {"stiffness", "N/m", 0.0f, 1.0e6f, 1, Acts::force},
+      {"stiffness", "N/m", -1.0e6f, 1.0e6f, 1, Acts::force},
       {"force_at_zero", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
       {"quadratic_at_ends", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
       {"cubic_at_ends", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
@@ -43,9 +43,12 @@ class CableChainStiffness {
       {"stroke_start", "m", -1.0e3f, 1.0e3f, ShapeKind::position},
       {"stroke_length", "m", 1.0e-4f, 1.0e3f, ShapeKind::travel},
   }};
-  /// A chain so soft that its pull is constant is an offset. It shows by its stiffness: its bend is measured
-  /// in traverses of the same log, however short.
-  static constexpr EffectTraits traits{.special_case = {.id = OffsetForce<Real>::text.id, .gains = 2}};
+  /// The stiffness is negative above the horizontal, where gravity of a link falls with the angle, and of a
+  /// spring beyond its dead centre; in a motion that repeats an inertia looks like that. A chain so soft that
+  /// its pull is constant is an offset. It shows by its stiffness: its bend is measured in traverses of the
+  /// same log, however short.
+  static constexpr EffectTraits traits{.special_case = {.id = OffsetForce<Real>::text.id, .gains = 2},
+                                       .plausible = {.seldom_negative = 0}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;
   static constexpr bool over_position = true;

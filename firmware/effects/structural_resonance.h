@@ -32,15 +32,15 @@ class StructuralResonance {
       {"damping", "1", 1.0e-3f, 0.5f, ShapeKind::damping},
   }};
   /// A mode so stiff that its mass moves along is payload. One of more damping does not ring; one of less
-  /// rings for hundreds of periods, which no arm does. Nothing that swings against an axis is five times as
-  /// heavy as the part that does not, such as the rotor of a belt drive; where nearly all of the mass swings,
-  /// the mode is only a filter of the acceleration, which smooths the effect of encoder steps.
+  /// rings for hundreds of periods, which no arm does. Drives are sized for loads of up to ten times the
+  /// inertia of their motor, and hardly any is beyond fifteen; where nearly all of the mass swings, the mode
+  /// is only a filter of the acceleration, which smooths the effect of encoder steps.
   static constexpr EffectTraits traits{.role = Role::resonance,
                                        .special_case = {.id = PayloadMass<Real>::text.id},
                                        .axis_mass_gain = 2,
                                        .plausible = {.shape = {.shape = 1, .lower = 1.5e-3, .upper = 0.3},
                                                      .least_share_of_force = kRecorderErrs,
-                                                     .most_axis_masses = 5.0}};
+                                                     .most_axis_masses = 15.0}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;
 

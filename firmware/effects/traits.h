@@ -57,6 +57,8 @@ struct Plausibility {
   /// Of what follows the velocity late: the least and the longest time it may take.
   double least_memory_s = 0.0;
   double most_memory_s = 0.0;
+  /// Gain that hardly any axis has below zero: where it is, no mass may explain the same.
+  int seldom_negative = -1;
 };
 
 /// The smallest force that a recorder can be trusted with, as a share of the measured force (rms): clocks of

@@ -136,6 +136,80 @@ TEST(Causes, APlaceIsFoundWhereItIs) {
   EXPECT_NEAR(is.unexplained->where, middle_m, half_width_m);
 }
 
+double cosine(double position_m, double pitch_m) {
+  return std::cos(2.0 * std::numbers::pi * position_m / pitch_m);
+}
+
+double travel_m(const Log& log) {
+  const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
+  return *high - *low;
+}
+
+TEST(Causes, ASecondRippleIsToldWithItsPitch) {
+  const double travel = travel_m(log_and_force(0.0, no_force));
+  const double first_m = travel / 6.3;
+  const double second_m = travel / 11.7;
+  const Diagnosis is = diagnosed(log_and_force(0.0, [&](double, double position_m) {
+    return strong_N() * (3.0 * cosine(position_m, first_m) + 2.0 * cosine(position_m, second_m));
+  }));
+  EXPECT_EQ(is.verdict, Verdict::missing_effect);
+  ASSERT_EQ(is.steps.size(), 2u);
+  EXPECT_EQ(is.steps[1].effect, "force_ripple");
+  const Term& first = *find_term(is.explained.terms, "force_ripple");
+  EXPECT_NEAR(first.shape(ShapeKind::pitch).value(), first_m, 0.01 * first_m);
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::position) << is.unexplained->description;
+  EXPECT_NEAR(is.unexplained->where, second_m, 0.002 * second_m) << is.unexplained->description;
+  EXPECT_NE(is.unexplained->description.find("second pitch"), std::string::npos);
+}
+
+// With the same force in both directions one pitch is enough.
+TEST(Causes, HarmonicsOfOneRippleAreNoSecondOne) {
+  const double pitch_m = travel_m(log_and_force(0.0, no_force)) / 6.3;
+  const Diagnosis is = diagnosed(log_and_force(0.0, [&](double, double position_m) {
+    return strong_N() * (3.0 * cosine(position_m, pitch_m) + cosine(position_m, pitch_m / 2.0) +
+                         2.0 * cosine(position_m, pitch_m / 4.0));
+  }));
+  EXPECT_EQ(is.verdict, Verdict::missing_effect);
+  ASSERT_EQ(is.steps.size(), 2u);
+  EXPECT_EQ(is.steps[1].effect, "force_ripple");
+  EXPECT_FALSE(is.unexplained) << is.unexplained->description;
+}
+
+TEST(Causes, FrictionOfAShortPitchIsNoMotorConstant) {
+  const double pitch_m = travel_m(log_and_force(0.0, no_force)) / 15.3;
+  double before_m = 0.0;
+  double side = 0.0;
+  const Diagnosis is = diagnosed(log_and_force(0.0, [&](double, double position_m) {
+    if (position_m != before_m) side = position_m > before_m ? 1.0 : -1.0;
+    before_m = position_m;
+    return 3.0 * strong_N() * side * cosine(position_m, pitch_m);
+  }));
+  EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::position) << is.unexplained->description;
+  EXPECT_NEAR(is.unexplained->where, pitch_m, 0.005 * pitch_m) << is.unexplained->description;
+  EXPECT_NE(is.unexplained->description.find("the friction repeats"), std::string::npos)
+      << is.unexplained->description;
+}
+
+// A link above the horizontal: its gravity falls with the angle. A payload, which in a motion to and fro is
+// nearly the same force, keeps its name.
+TEST(Causes, ASpringBeyondItsDeadCentreHasANegativeStiffness) {
+  const double travel = travel_m(log_and_force(0.0, no_force));
+  const double slope_N_per_m = -40.0 * strong_N() / travel;
+  const Diagnosis is =
+      diagnosed(log_and_force(0.0, [&](double, double position_m) { return slope_N_per_m * position_m; }));
+  EXPECT_EQ(is.verdict, Verdict::missing_effect);
+  ASSERT_EQ(is.steps.size(), 2u);
+  EXPECT_EQ(is.steps[1].effect, "cable_chain_stiffness");
+  EXPECT_NEAR(find_term(is.explained.terms, "cable_chain_stiffness")->gains[0], slope_N_per_m,
+              -0.05 * slope_N_per_m);
+  const Diagnosis heavier = diagnosed(log_and_force(0.3, no_force));
+  ASSERT_EQ(heavier.steps.size(), 2u);
+  EXPECT_EQ(heavier.steps[1].effect, "payload_mass");
+}
+
 // The plant simulates the carriage behind elastic flanks; the form that is fitted has rigid ones.
 TEST(Causes, AGapIsFoundWithItsWidth) {
   for (const double gap_m : {20e-6, 60e-6}) {

@@ -291,34 +291,74 @@ TEST(IsImplausible, WithAModeAtEitherEndOfItsSearchButForRounding) {
   model.terms.back().shapes[0] = std::exp(std::log(most_Hz(measurement)) - 1e-12);
   EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
   const double least_Hz = 4.0 / 3.0;  // four periods in the log
-  model.terms.back().shapes[0] = 1.01 * least_Hz;
+  model.terms.back().shapes = {1.01 * least_Hz, 0.1};
   EXPECT_FALSE(has_implausible_mode(measurement, {}, model));
   model.terms.back().shapes[0] = std::exp(std::log(least_Hz) + 1e-12);
   EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
+}
+
+// Of a mode whose amplitude falls by less than to 1/e within the log of three seconds, no decay is seen.
+TEST(IsImplausible, WithAModeThatDoesNotDecayWithinTheLog) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel model = with_arm(measurement, 0.3);
+  const double frequency_Hz = 0.5 * measurement.bandwidth_Hz();
+  const double least = 1.0 / (kTwoPi * frequency_Hz * 3.0);
+  model.terms.back().shapes = {frequency_Hz, 1.1 * least};
+  EXPECT_FALSE(has_implausible_mode(measurement, {}, model));
+  model.terms.back().shapes[1] = 0.9 * least;
+  EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
+}
+
+TEST(HasOneRippleTwice, WhereTheTravelDoesNotTellThePitches) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  const auto [low, high] =
+      std::minmax_element(measurement.position_m().begin(), measurement.position_m().end());
+  const double travel_m = *high - *low;
+  Terms terms{make_term(measurement, *find_effect("force_ripple"))};
+  terms.front().shapes = {travel_m / 6.0};
+  EXPECT_FALSE(has_one_ripple_twice(measurement, terms));
+  terms.push_back(make_term(measurement, second_ripple()));
+  for (const double periods : {4.9, 7.1, 12.0}) {
+    terms.back().shapes = {travel_m / periods};
+    EXPECT_FALSE(has_one_ripple_twice(measurement, terms)) << periods;
+  }
+  for (const double periods : {5.1, 6.0, 6.9}) {
+    terms.back().shapes = {travel_m / periods};
+    EXPECT_TRUE(has_one_ripple_twice(measurement, terms)) << periods;
+  }
+  EXPECT_FALSE(lacks_first_ripple(terms));
+  EXPECT_TRUE(lacks_first_ripple({terms.back()}));
 }
 
 // Hysteresis of 16 N; the gap's friction is its mass times its deceleration.
 TEST(IsImplausible, WithAGapThatHasLessThanHalfOfTheFrictionBehindIt) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   FittedModel model = with_coulomb(measurement, 2.0);
-  const auto causes = causes_to_try(measurement);
+  const auto causes = causes_to_try(measurement, {});
   const auto gap = std::find_if(causes.begin(), causes.end(), [](const EffectDescription* cause) {
     return form_of(*cause) == CauseForm::gap_in_drive;
   });
   ASSERT_NE(gap, causes.end());
-  model.terms.back() = make_term(measurement, **gap);
+  Term mass = make_term(measurement, *find_effect("inertia"));
+  mass.gains = {6.0};
+  model.terms.back() = mass;
+  model.terms.push_back(make_term(measurement, **gap));
   model.terms.back().shapes = {40e-6, 2.0, 10e-6};
   model.terms.back().gains = {4.1};
   EXPECT_FALSE(is_implausible(measurement, {}, model));
   model.terms.back().gains = {3.9};
+  EXPECT_TRUE(is_implausible(measurement, {}, model));
+  model.terms.back().gains = {8.9};
+  EXPECT_FALSE(is_implausible(measurement, {}, model));
+  model.terms.back().gains = {9.1};  // of an axis of 6 kg, as far as a gap tells it
   EXPECT_TRUE(is_implausible(measurement, {}, model));
 }
 
 TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 0.3).terms));
-  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 9.8).terms));  // of an axis of 2 kg
-  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 10.2).terms));
+  EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 29.4).terms));  // of an axis of 2 kg
+  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 30.6).terms));
 }
 
 // Behind the last sample nobody knows where the axis goes: an acceleration there is none that was fitted.

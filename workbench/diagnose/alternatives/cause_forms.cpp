@@ -10,8 +10,11 @@
 #include <type_traits>
 #include <utility>
 
+#include "firmware/effects/force_ripple.h"
 #include "workbench/diagnose/alternatives/gap.h"
 #include "workbench/diagnose/alternatives/load_reversals.h"
+#include "workbench/estimate/terms/search_ranges.h"
+#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -175,7 +178,32 @@ class LoadReversalBasis final : public EffectBasis {
   double per_s_ = 1.0;
 };
 
-/// The description of a cause; its shapes are found by shapes_of_cause() and not searched.
+/// Two harmonics of a pitch: a detent force or a bearing has hardly more, and two pitches with four each
+/// would take the form of much.
+class PitchBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    rate_ = 2.0 * pi / std::max(shapes[0], 1e-12);
+  }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      const double phase = rate_ * sample.position_m;
+      const double cosine = std::cos(phase);
+      const double sine = std::sin(phase);
+      *out++ = cosine;
+      *out++ = sine;
+      *out++ = cosine * cosine - sine * sine;
+      *out++ = 2.0 * cosine * sine;
+    }
+  }
+
+ private:
+  double rate_ = 0.0;
+};
+
+/// The description of a cause; its shapes are found by shapes_of_cause() and not searched, unless they have
+/// ranges as those of effects have.
 template <class Basis>
 EffectDescription cause(const char* id, std::vector<GainGroup> gains, std::vector<ShapeSpec> shapes) {
   EffectDescription description;
@@ -200,23 +228,30 @@ GainGroup any_force(const char* name) {
   return {name, "N", -kUnbounded, kUnbounded, 1, Acts::force};
 }
 
+/// Of the dry friction in excess; its derivative is not known where nothing is left of it (composition.h).
+GainGroup friction_level() {
+  return {"level", "", -0.95f, kUnbounded, 1, Acts::dry_scale};
+}
+
 ShapeSpec found(const char* name, const char* unit) {
   return {name, unit, -kUnbounded, kUnbounded, ShapeKind::table};
 }
 
+/// A pitch within the bounds of those of the catalogue.
+ShapeSpec searched_pitch() {
+  const EffectDescription& ripple = *find_effect(ForceRipple<double>::text.id);
+  return ripple.shapes[ripple.find_shape(ShapeKind::pitch).value()];
+}
+
 /// In the order of CauseForm.
-const std::array<EffectDescription, 8>& all_causes() {
-  static const std::array<EffectDescription, 8> all{
+const std::array<EffectDescription, 10>& all_causes() {
+  static const std::array<EffectDescription, 10> all{
       cause<LineBasis>("line_in_time", {any_force("cosine"), any_force("sine")}, {found("frequency", "Hz")}),
-      cause<ChangeBasis>("change_at_a_time",
-                         {{"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}, any_force("offset")},
-                         {found("time", "s")}),
+      cause<ChangeBasis>("change_at_a_time", {friction_level(), any_force("offset")}, {found("time", "s")}),
       cause<LoadBasis>("load_from_a_time", {{"mass", "kg", -kUnbounded, kUnbounded, 1, Acts::force}},
                        {found("time", "s")}),
-      cause<PlaceBasis>(
-          "force_at_a_place",
-          {any_force("push"), any_force("slope"), {"level", "", -1.0f, kUnbounded, 1, Acts::dry_scale}},
-          {found("place", "m"), found("half_width", "m")}),
+      cause<PlaceBasis>("force_at_a_place", {any_force("push"), any_force("slope"), friction_level()},
+                        {found("place", "m"), found("half_width", "m")}),
       cause<CurveBasis>(
           "force_over_time",
           {{"curve", "N", -kUnbounded, kUnbounded, kCurveIntervals + 1, Acts::force, /*smooth=*/true}},
@@ -229,8 +264,20 @@ const std::array<EffectDescription, 8>& all_causes() {
           "after_load_reversals",
           {{"blow", "N", -kUnbounded, kUnbounded, kKnotsAfterReversal, Acts::force, /*smooth=*/true},
            {"lost_load", "N", -kUnbounded, kUnbounded, kKnotsAfterReversal, Acts::force, /*smooth=*/true}},
-          {found("window", "s"), found("deceleration", "m/s2"), found("slip_distance", "m")})};
+          {found("window", "s"), found("deceleration", "m/s2"), found("slip_distance", "m")}),
+      cause<PitchBasis>("second_ripple", {{"cosine_and_sine", "N", -kUnbounded, kUnbounded, 4, Acts::force}},
+                        {searched_pitch()}),
+      cause<PitchBasis>("friction_ripple", {{"cosine_and_sine", "", -0.9f, 0.9f, 4, Acts::dry_scale}},
+                        {searched_pitch()})};
   return all;
+}
+
+/// Whether the terms have a ripple of the catalogue, or one of the user's own.
+bool has_ripple(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), [](const Term& term) {
+    return !is_outside_catalogue(*term.effect) && term.effect->has_shape(ShapeKind::pitch) &&
+           term.effect->acts_as(Acts::force);
+  });
 }
 
 }  // namespace
@@ -241,13 +288,16 @@ std::array<double, 3> place_basis(double from_middle) {
   return {window, window * std::sin(pi * from_middle), window};
 }
 
-std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement) {
+std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement, const Terms& terms) {
   std::vector<const EffectDescription*> causes;
   for (const EffectDescription& one : all_causes()) {
     const CauseForm form = form_of(one);
     const bool needs_one_clock = form == CauseForm::change_at_a_time || form == CauseForm::load_from_a_time ||
                                  form == CauseForm::force_over_time;
-    if (!needs_one_clock || measurement.log_count() == 1) causes.push_back(&one);
+    if (needs_one_clock && measurement.log_count() > 1) continue;
+    if (form == CauseForm::second_ripple && !has_ripple(terms)) continue;
+    if (one.has_shape(ShapeKind::pitch) && !period_fits(measurement, one)) continue;
+    causes.push_back(&one);
   }
   return causes;
 }
@@ -266,11 +316,32 @@ CauseForm form_of(const EffectDescription& cause) {
   return static_cast<CauseForm>(&cause - all_causes().data());
 }
 
+const EffectDescription& second_ripple() {
+  return all_causes()[static_cast<std::size_t>(CauseForm::second_ripple)];
+}
+
+const Term* find_second_ripple(const Terms& terms) {
+  for (const Term& term : terms) {
+    if (is_outside_catalogue(*term.effect) && form_of(*term.effect) == CauseForm::second_ripple) return &term;
+  }
+  return nullptr;
+}
+
+bool lacks_first_ripple(const Terms& terms) {
+  return find_second_ripple(terms) != nullptr && !has_ripple(terms);
+}
+
+bool is_searched_as_effect(const EffectDescription& cause) {
+  return cause.has_shape(ShapeKind::pitch);
+}
+
 bool is_fitted_jointly(const EffectDescription& cause) {
   switch (form_of(cause)) {
     case CauseForm::gap_in_drive:
     case CauseForm::damped_deflection:
     case CauseForm::after_load_reversals:
+    case CauseForm::second_ripple:
+    case CauseForm::friction_ripple:
       return true;
     case CauseForm::line_in_time:
     case CauseForm::change_at_a_time:

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "workbench/estimate/measurement/measurement.h"
-#include "workbench/model/effect_adapters/firmware_effects.h"
+#include "workbench/model/term.h"
 
 namespace slipstack::workbench {
 
@@ -28,6 +28,12 @@ enum class CauseForm : std::uint8_t {
   /// F = side c(t) + load / deceleration e(t) for t < window: c and e linear splines of the time since the
   /// load of the drive changed its sign (LoadReversals)
   after_load_reversals,
+  /// F = sum_h A_h cos(2 pi h x / p) + B_h sin(2 pi h x / p), h = 1, 2, beside a ripple of another pitch: a
+  /// controller has one
+  second_ripple,
+  /// Dry friction times 1 + sum_h A_h cos(2 pi h x / p) + B_h sin(2 pi h x / p), h = 1, 2, with a pitch that
+  /// the map over the position does not resolve
+  friction_ripple,
 };
 
 /// The largest half width of a place, as a share of the travel: a fifth of the rail spans several values of
@@ -44,8 +50,8 @@ inline constexpr int kKnotsAfterReversal = 8;
 /// rows spreads it by a period of the bandwidth. What lasts longer is no blow.
 double longest_blow_s(const Measurement& measurement);
 
-/// Those that this measurement can show; time that several logs do not share is no coordinate.
-std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement);
+/// Those that this measurement can show beside `terms`; time that several logs do not share is no coordinate.
+std::vector<const EffectDescription*> causes_to_try(const Measurement& measurement, const Terms& terms);
 
 bool is_outside_catalogue(const EffectDescription& effect);
 
@@ -53,6 +59,12 @@ bool is_outside_catalogue(const EffectDescription& effect);
 CauseForm form_of(const EffectDescription& cause);
 /// Whether the shapes of the cause are found by fits of the model with it, not from the residual.
 bool is_fitted_jointly(const EffectDescription& cause);
+const EffectDescription& second_ripple();
+/// The second ripple of the terms, or nullptr; and whether they have one without a first.
+const Term* find_second_ripple(const Terms& terms);
+bool lacks_first_ripple(const Terms& terms);
+/// Whether its shapes are searched as those of effects are, and not by shapes_of_cause().
+bool is_searched_as_effect(const EffectDescription& cause);
 
 /// The basis of a force at one place, for a position in half widths from its middle: two forces, and a factor
 /// of the dry friction.

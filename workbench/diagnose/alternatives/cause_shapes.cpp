@@ -301,6 +301,9 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
       return distance_of_deflection(measurement, model, cause, near, effort);
     case CauseForm::after_load_reversals:
       return window_and_friction(measurement, model, cause, near, effort);
+    case CauseForm::second_ripple:
+    case CauseForm::friction_ripple:
+      return {};  // is_searched_as_effect()
     case CauseForm::force_over_time:
       break;
   }

@@ -240,16 +240,53 @@ std::string after_reversals_text(const DescribedCause& cause) {
   const Eigen::MatrixXd columns = cause.columns();
   const Eigen::VectorXd force_N =
       columns * Eigen::Map<const Eigen::VectorXd>(term.gains.data(), columns.cols());
+  // Where the rows have hardly any weight, the force is anything.
   Eigen::Index most = 0;
-  force_N.cwiseAbs().maxCoeff(&most);
+  force_N.cwiseAbs2().cwiseProduct(cause.measurement().fit_weights()).maxCoeff(&most);
   const double error_N = cause.errors({}, columns.row(most).transpose())(0);
   return fmt::format(
       "whenever the load of the drive changes its sign the {} differs for {}, by up to {} below {} (backlash "
-      "or a loose "
-      "coupling)",
+      "or a loose coupling; a filter of the {} or friction of another form looks alike)",
       force_word(), quantity(term.shapes[0], "s"),
       quantity_with_interval(std::abs(force_N(most)), 2.0 * error_N, "N"),
-      quantity(cause.measurement().bandwidth_Hz(), "Hz"));
+      quantity(cause.measurement().bandwidth_Hz(), "Hz"), force_word());
+}
+
+/// Amplitude of two harmonics (rms times sqrt 2) with its standard error, behind that of the pitch.
+struct Repetition {
+  double pitch_error_m = 0.0;
+  double amplitude = 0.0;
+  double amplitude_error = 0.0;
+};
+Repetition repetition_of(const DescribedCause& cause) {
+  const Term& term = cause.term();
+  const Eigen::Map<const Eigen::VectorXd> gains(term.gains.data(),
+                                                static_cast<Eigen::Index>(term.gains.size()));
+  const double amplitude = gains.norm();
+  const Eigen::VectorXd errors =
+      cause.errors({1e-3 * kSmallStep * term.shapes[0]}, gains / std::max(amplitude, 1e-300));
+  return {errors(0), amplitude, errors(1)};
+}
+
+std::string second_ripple_text(const DescribedCause& cause) {
+  const Repetition found = repetition_of(cause);
+  return fmt::format(
+      "the {} repeats over the position with a second pitch, {}, amplitude {} (the catalogue's ripple has "
+      "one "
+      "pitch; the other can be an effect of your own)",
+      force_word(), quantity_with_interval(cause.term().shapes[0], 2.0 * found.pitch_error_m, "m"),
+      quantity_with_interval(found.amplitude, 2.0 * found.amplitude_error, "N") +
+          (found.amplitude < 2.0 * found.amplitude_error ? ", not determined" : ""));
+}
+
+std::string friction_ripple_text(const DescribedCause& cause) {
+  const Repetition found = repetition_of(cause);
+  return fmt::format(
+      "the friction repeats over the position every {}, by {} % of its level (a screw, balls or a bearing "
+      "with "
+      "a preload that varies), which is too short for a map",
+      quantity_with_interval(cause.term().shapes[0], 2.0 * found.pitch_error_m, "m"),
+      number_with_interval(100.0 * found.amplitude, 200.0 * found.amplitude_error));
 }
 
 /// Coordinate, place and text of a fitted cause.
@@ -285,6 +322,14 @@ Structure place_and_text(const DescribedCause& described) {
     case CauseForm::after_load_reversals:
       structure.coordinate = Coordinate::reversal;
       structure.description = after_reversals_text(described);
+      break;
+    case CauseForm::second_ripple:
+      structure.coordinate = Coordinate::position;
+      structure.description = second_ripple_text(described);
+      break;
+    case CauseForm::friction_ripple:
+      structure.coordinate = Coordinate::position;
+      structure.description = friction_ripple_text(described);
       break;
     case CauseForm::force_over_time: {
       structure.coordinate = Coordinate::time;

@@ -7,6 +7,7 @@
 
 #include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -72,15 +73,17 @@ Explanation without_effect(const SelectionContext& context, const Explanation& e
   return {with_causes_found_again(context.measurement, std::move(model)), std::move(added)};
 }
 
-/// Whether a mode or lag was dropped that refined shapes have made implausible; its id is appended to
-/// `implausible`.
+/// Whether a mode, lag or second ripple was dropped that refined shapes have made implausible; its id is
+/// appended to `implausible`.
 bool drop_implausible(const SelectionContext& context, Explanation& explanation,
                       std::vector<std::string>& implausible) {
   const bool no_mode = has_implausible_mode(context.measurement, context.baseline, explanation.model);
   const bool no_lag = has_implausible_lag(context.measurement, context.baseline, explanation.model);
+  const bool twice = has_one_ripple_twice(context.measurement, explanation.model.terms);
   for (std::size_t i = 0; i < explanation.added.size(); ++i) {
     const Terms rest = without(explanation.model.terms, explanation.added[i]);
-    if ((no_mode && !has_role(rest, Role::resonance)) || (no_lag && !has_role(rest, Role::friction_memory))) {
+    if ((twice && find_second_ripple(rest) == nullptr) || (no_mode && !has_role(rest, Role::resonance)) ||
+        (no_lag && !has_role(rest, Role::friction_memory))) {
       implausible.push_back(explanation.added[i]);
       explanation = without_effect(context, explanation, i);
       return true;
@@ -94,7 +97,9 @@ bool drop_implausible(const SelectionContext& context, Explanation& explanation,
 bool drop_no_step(const SelectionContext& context, Explanation& explanation) {
   std::vector<Explanation> fewer(explanation.added.size());
   parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
-  std::erase_if(fewer, [&](const Explanation& one) { return is_step(context, one, explanation); });
+  std::erase_if(fewer, [&](const Explanation& one) {
+    return lacks_first_ripple(one.model.terms) || is_step(context, one, explanation);
+  });
   if (fewer.empty()) return false;
   sort_by_criterion(context, fewer);
   explanation = std::move(fewer.front());
@@ -143,6 +148,8 @@ void exchange_effects(const SelectionContext& context, const std::vector<Trial>&
                       const std::vector<std::string>& refused, Explanation& explanation) {
   for (std::size_t i = 0; i < explanation.added.size(); ++i) {
     const std::string old = explanation.added[i];
+    if (lacks_first_ripple(without(explanation.model.terms, old))) continue;
+    const bool is_effect = !is_outside_catalogue(*find_term(explanation.model.terms, old)->effect);
     const FittedModel without_old =
         fit_gains(context.measurement, without(explanation.model.terms, old), &explanation.model);
     const std::vector<Trial> trials = replacements(context, alone, refused, explanation, without_old);
@@ -155,7 +162,10 @@ void exchange_effects(const SelectionContext& context, const std::vector<Trial>&
     for (std::size_t t = 0; t < trials.size(); ++t) {
       Explanation replaced{std::move(models[t]),
                            with_other(explanation.added, explanation.added[i], trials[t].term.id())};
-      if (is_better(context, replaced, explanation) &&
+      // What is not of some moments may be told, but takes the place of no effect.
+      const bool of_any_time = is_effect && is_outside_catalogue(*trials[t].term.effect) &&
+                               lasts_most_of_the_time(context.measurement, replaced.model);
+      if (!of_any_time && is_better(context, replaced, explanation) &&
           !is_implausible(context.measurement, context.baseline, replaced.model)) {
         explanation = std::move(replaced);
       }

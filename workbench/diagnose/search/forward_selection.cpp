@@ -54,7 +54,7 @@ std::vector<const EffectDescription*> effects_to_try(const Measurement& measurem
     }
     effects.push_back(effect);
   }
-  for (const EffectDescription* cause : causes_to_try(measurement)) {
+  for (const EffectDescription* cause : causes_to_try(measurement, terms)) {
     if (!contains(terms, cause->text.id)) effects.push_back(cause);
   }
   return effects;
@@ -79,8 +79,9 @@ Trial try_cause(const Measurement& measurement, const FittedModel& from, const E
 /// A trial of an effect or a cause whose shapes are searched from `near`, or from its starting points.
 Trial try_with(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
                const SearchEffort& effort, const std::vector<double>* near) {
-  return is_outside_catalogue(effect) ? try_cause(measurement, from, effect, near, effort)
-                                      : try_effect(measurement, from, effect, effort, near);
+  return is_outside_catalogue(effect) && !is_searched_as_effect(effect)
+             ? try_cause(measurement, from, effect, near, effort)
+             : try_effect(measurement, from, effect, effort, near);
 }
 
 /// An effect on top of an explanation with the shapes that the first level found. Pitches and frequencies,

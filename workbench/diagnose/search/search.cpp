@@ -43,6 +43,8 @@ std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<
   if (first) found.first_level = grown;
   std::vector<char> implausible(grown.size());
   parallel_for(grown.size(), [&](std::size_t i) {
+    grown[i].model =
+        without_doubtful_negatives(context.measurement, context.baseline, std::move(grown[i].model));
     implausible[i] = is_implausible(context.measurement, context.baseline, grown[i].model) ? 1 : 0;
   });
   std::vector<Explanation> plausible;
@@ -130,8 +132,19 @@ void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Fo
   }
 }
 
+/// The trials of effects that are special cases of those of the explanation.
+std::vector<Trial> special_cases(const Found& found) {
+  std::vector<Trial> special;
+  for (const std::string& id : found.best.added) {
+    const SpecialCase& simpler = find_term(found.best.model.terms, id)->effect->traits.special_case;
+    if (const Trial* const alone = find_trial(found.alone, simpler.id)) special.push_back(*alone);
+  }
+  return special;
+}
+
 /// Takes what is outside the catalogue from the results: no controller has it. Of the effects that were
-/// chosen beside it those remain that are steps without it too: they are reported without it.
+/// chosen beside it those remain that are steps without it too, or their special case where that suffices:
+/// they are reported without it.
 void set_causes_apart(Found& found) {
   const Measurement& measurement = found.context.measurement;
   const auto is_cause = [](const Term& term) { return is_outside_catalogue(*term.effect); };
@@ -155,6 +168,7 @@ void set_causes_apart(Found& found) {
   found.best.model =
       found.best.added.empty() ? found.context.baseline : fit_gains(measurement, std::move(effects), &joint);
   drop_superfluous(found.context, found.best);
+  exchange_effects(found.context, special_cases(found), {}, found.best);
   const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
   found.outside.explain_most = causes_alone.holdout_rmse_N < found.best.model.holdout_rmse_N;
 }
