@@ -13,6 +13,7 @@
 #include "tests/unit/estimate/estimate_support.h"
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
+#include "workbench/diagnose/evidence/implausible_causes.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 

@@ -5,18 +5,15 @@
 #include <cmath>
 #include <numbers>
 
-#include "firmware/effects/position_dependent_preload.h"
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
-#include "workbench/diagnose/alternatives/load_reversals.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/implausible_causes.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/evidence/repeats.h"
+#include "workbench/diagnose/evidence/seldom_negative.h"
 #include "workbench/estimate/linear/force_trace.h"
-#include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/terms/search_ranges.h"
-#include "workbench/estimate/terms/terms.h"
-#include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -49,65 +46,6 @@ bool ends_at_a_bound(const FittedModel& model, const Term& term) {
     if (gain_ended_at_bound(model.terms, term, gain)) return true;
   }
   return false;
-}
-
-/// Whether the term is a gap with more mass behind it than the axis has, as far as the form of a gap tells
-/// it (half more than is true at most: docs/theory.md), or without most of the friction. The guideway carries
-/// the carriage, so its friction acts there; another form of the hysteresis takes the form of a small mass
-/// behind a gap.
-bool is_no_gap(const FittedModel& model, const Term& term) {
-  constexpr double kMostOfMass = 1.5;
-  if (!is_outside_catalogue(*term.effect) || form_of(*term.effect) != CauseForm::gap_in_drive) return false;
-  if (term.gains[0] > kMostOfMass * mass_kg(model.terms)) return true;
-  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
-  const double behind_N = term.gains[0] * term.shapes[1];  // mass times deceleration by friction
-  return hysteresis == nullptr || behind_N < kMajority * hysteresis_level_N(*hysteresis, 0);
-}
-
-/// Whether the term is a friction that repeats with a pitch which the map over the position resolves, having
-/// four values in one, so that it has a name; or one that a force describes as well, which is the same both
-/// ways: in a motion one way they are equal.
-bool is_no_friction_ripple(const Measurement& measurement, const FittedModel& model, const Term& term) {
-  if (!is_outside_catalogue(*term.effect) || form_of(*term.effect) != CauseForm::friction_ripple)
-    return false;
-  constexpr double kValues = kPreloadMapSplines;
-  if (term.shapes[0] > 4.0 / kValues * value_range(measurement.position_m()).length()) return true;
-  if (find_second_ripple(model.terms) != nullptr) return false;
-  Terms other = without(model.terms, term.id());
-  other.push_back(make_term(measurement, second_ripple()));
-  other.back().shapes = term.shapes;
-  return !is_worth_a_name(fit_gains(measurement, std::move(other), &model).holdout_rmse_N,
-                          model.holdout_rmse_N);
-}
-
-bool is_negative(const Term& term, int gain) {
-  return gain >= 0 && term.gains[static_cast<std::size_t>(gain)] < 0.0;
-}
-
-void forbid_negative(Term& term) {
-  const auto gain = static_cast<std::size_t>(term.effect->traits.plausible.seldom_negative);
-  for (std::size_t i = gain; i < term.gains.size(); i += term.gains_per_set())
-    term.gains[i] = term.lower[i] = 0.0;
-}
-
-/// Whether the term has a gain below zero that hardly any axis has so (Plausibility::seldom_negative), and it
-/// has not so alone, or it does not explain most of what is left without it but with a mass of the log's own.
-bool is_doubtfully_negative(const Measurement& measurement, const FittedModel& baseline,
-                            const FittedModel& model, const Term& term) {
-  const int gain = term.effect->traits.plausible.seldom_negative;
-  if (!is_negative(term, gain)) return false;
-  Terms alone = baseline.terms;
-  alone.push_back(term);
-  if (!is_negative(fit_gains(measurement, std::move(alone), &baseline).terms.back(), gain)) return true;
-  Terms other = model.terms;
-  for (Term& one : other) {
-    if (one.effect == term.effect) forbid_negative(one);
-  }
-  const EffectDescription& payload = effect_with_role(Role::added_mass);
-  if (!mass_is_free(other) && !contains(other, payload.text.id))
-    other.push_back(make_term(measurement, payload));
-  const double others_N = fit_gains(measurement, std::move(other), &model).holdout_rmse_N;
-  return squared(model.holdout_rmse_N) > kMajority * squared(others_N);
 }
 
 /// Whether the term is a mode beyond the frequencies that the log can show: the search ended at one of them.
@@ -268,48 +206,6 @@ bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& 
   const bool by_distance = distance_m < time_s * velocity_mps;
   return memory_s > lag->effect->traits.plausible.most_memory_s ||
          (by_distance && distance_m > kMajority * value_range(measurement.position_m()).length());
-}
-
-bool lasts_most_of_the_time(const Measurement& measurement, const FittedModel& model) {
-  for (const Term& term : model.terms) {
-    if (!is_outside_catalogue(*term.effect) || form_of(*term.effect) != CauseForm::after_load_reversals)
-      continue;
-    const double window_s = term.shapes[0];
-    LoadReversals load({.deceleration_mps2 = term.shapes[1], .slip_m = term.shapes[2]}, measurement.tick_s());
-    std::size_t within = 0;
-    for (std::size_t p = 0; p < measurement.parts().size(); ++p) {
-      const LogPart& part = measurement.parts()[p];
-      load.reset(measurement.sample(part.first_sample, p));
-      for (std::size_t i = part.first_sample + 1; i < part.end_sample(); ++i) {
-        load.step(measurement.sample(i, p));
-        if (load.since_s() < window_s) ++within;
-      }
-    }
-    return static_cast<double>(within) > kMajority * static_cast<double>(measurement.sample_count());
-  }
-  return false;
-}
-
-FittedModel without_doubtful_negatives(const Measurement& measurement, const FittedModel& baseline,
-                                       FittedModel model) {
-  for (std::size_t i = 0; i < model.terms.size(); ++i) {
-    if (!is_doubtfully_negative(measurement, baseline, model, model.terms[i])) continue;
-    Terms terms = model.terms;
-    forbid_negative(terms[i]);
-    model = fit_gains(measurement, std::move(terms), &model);
-  }
-  return model;
-}
-
-bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms) {
-  const Term* const second = find_second_ripple(terms);
-  if (second == nullptr) return false;
-  const double travel_m = value_range(measurement.position_m()).length();
-  return std::any_of(terms.begin(), terms.end(), [&](const Term& first) {
-    const auto pitch_m = first.shape(ShapeKind::pitch);
-    return pitch_m && &first != second && first.effect->acts_as(Acts::force) &&
-           std::abs(1.0 / *pitch_m - 1.0 / second->shapes[0]) * travel_m < 1.0;
-  });
 }
 
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,

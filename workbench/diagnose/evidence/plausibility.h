@@ -74,20 +74,6 @@ bool within_instruments(const Measurement& measurement, const FittedModel& basel
 bool is_too_small(const Measurement& measurement, const FittedModel& baseline, const Terms& before,
                   const Terms& after, double step_N2);
 
-/// Whether the model has a force after load reversals whose windows make up most of the time of the log: then
-/// these are no moments, and a motion to and fro has any force of its own in them.
-bool lasts_most_of_the_time(const Measurement& measurement, const FittedModel& model);
-
-/// The model with gains that hardly any axis has below zero (Plausibility::seldom_negative) at zero at least,
-/// unless the log leaves no doubt: such a gain is negative alone too, and explains most of what is left with
-/// it at zero and a mass of the log's own.
-FittedModel without_doubtful_negatives(const Measurement& measurement, const FittedModel& baseline,
-                                       FittedModel model);
-
-/// Whether the terms have a second ripple of a pitch that the travel does not tell from that of the first:
-/// less than a period more or less within it.
-bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms);
-
 /// Whether `model` has a mode that the baseline does not have and that is none: by its damping or its mass
 /// (has_no_true_mode()), because the search of its frequency ended at the band, or because it does not decay
 /// within the log.

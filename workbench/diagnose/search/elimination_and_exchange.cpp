@@ -9,6 +9,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/alternatives/causes.h"
+#include "workbench/diagnose/evidence/implausible_causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/forward_selection.h"

@@ -8,6 +8,7 @@
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/diagnose/evidence/seldom_negative.h"
 #include "workbench/diagnose/search/elimination_and_exchange.h"
 #include "workbench/diagnose/search/forward_selection.h"
 #include "workbench/diagnose/search/mass_and_mode.h"
