@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "workbench/base/statistics.h"
+#include "workbench/cleaning/interpolate.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -18,20 +19,6 @@ constexpr double kNearShare = 0.1;
 /// A change of sign counts when the force exceeds this share of its rms: noise at standstill has many. The
 /// same as for load reversals of a model (LoadReversals).
 constexpr double kClearSign = 0.1;
-
-/// The force with straight lines in place of the pulses.
-std::vector<double> force_without(const Log& log, const std::vector<Interval>& pulses) {
-  std::vector<double> force_N = log.force_N;
-  for (const Interval& pulse : pulses) {
-    const double before_N = force_N[pulse.first == 0 ? pulse.end - 1 : pulse.first - 1];
-    const double after_N = force_N[std::min(pulse.end, force_N.size() - 1)];
-    for (std::size_t i = pulse.first; i < pulse.end; ++i) {
-      const auto share = static_cast<double>(i - pulse.first + 1) / static_cast<double>(pulse.size() + 1);
-      force_N[i] = std::lerp(before_N, after_N, share);
-    }
-  }
-  return force_N;
-}
 
 /// Samples from each sample to the nearest change of sign of the force, before or after it; infinite without
 /// any.
@@ -55,7 +42,9 @@ std::vector<double> distances_to_reversals(const std::vector<double>& force_N) {
 
 bool are_impacts(const Log& log, const std::vector<Interval>& pulses) {
   if (pulses.size() < kFewestImpacts) return false;
-  const std::vector<double> distances = distances_to_reversals(force_without(log, pulses));
+  std::vector<double> force_N = log.force_N;
+  for (const Interval& pulse : pulses) interpolate(force_N, pulse);
+  const std::vector<double> distances = distances_to_reversals(force_N);
   const double near = quantile(distances, kNearShare);
   const auto is_near = [near](double distance) { return distance <= near; };
   // Distances are whole samples: more of them than a tenth may be the same.

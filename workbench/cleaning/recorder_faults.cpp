@@ -321,7 +321,7 @@ bool moves_without_force(const Log& log, double noise_N, const Interval& window)
 /// it. Both chosen.
 constexpr double kSwitching_s = 0.02;
 constexpr double kSwitchedNoise = 10.0;
-constexpr double kFive = 5.0;  ///< standard deviations that noise does not exceed
+constexpr double kBeyondNoise = 5.0;  ///< standard deviations that noise does not exceed
 /// A rest before motion lasts so long [s]. Chosen.
 constexpr double kRest_s = 0.1;
 
@@ -333,7 +333,7 @@ bool is_switched(const Log& log, double noise_N, const Interval& idle, std::ptrd
   const auto force_N = [&](std::ptrdiff_t i) { return std::abs(log.force_N[static_cast<std::size_t>(i)]); };
   const auto x = [&](std::ptrdiff_t i) { return log.position_m[static_cast<std::size_t>(i)]; };
   auto edge = static_cast<std::ptrdiff_t>((idle.first + idle.end) / 2);
-  while (edge > 0 && edge + 1 < count && force_N(edge) <= kFive * noise_N) edge += step;
+  while (edge > 0 && edge + 1 < count && force_N(edge) <= kBeyondNoise * noise_N) edge += step;
   const auto within = static_cast<std::ptrdiff_t>(std::max(2.0, kSwitching_s * log.sample_rate_Hz));
   if (edge < 2 * within || edge + 2 * within >= count) return false;
   const bool clear = force_N(edge + step * within) > kSwitchedNoise * noise_N &&

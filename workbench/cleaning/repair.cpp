@@ -13,6 +13,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/base/text.h"
 #include "workbench/cleaning/impacts.h"
+#include "workbench/cleaning/interpolate.h"
 #include "workbench/cleaning/momentum.h"
 #include "workbench/cleaning/outliers.h"
 #include "workbench/cleaning/recorder_faults.h"
@@ -27,17 +28,6 @@ std::string time_of(const Log& log, std::size_t sample) {
 
 double share_of(const Log& log, std::size_t samples) {
   return static_cast<double>(samples) / static_cast<double>(log.position_m.size());
-}
-
-/// Linear interpolation between the sample before the gap and the one after it.
-void interpolate(std::vector<double>& values, const Interval& gap) {
-  if (gap.first == 0 || gap.end >= values.size()) return;
-  const double from = values[gap.first - 1];
-  const double to = values[gap.end];
-  const auto steps = static_cast<double>(gap.size() + 1);
-  for (std::size_t i = gap.first; i < gap.end; ++i) {
-    values[i] = std::lerp(from, to, static_cast<double>(i - gap.first + 1) / steps);
-  }
 }
 
 /// Difference at sample `i` between the cubic through two samples on either side of a gap and the straight

@@ -318,7 +318,7 @@ TEST(HasOneRippleTwice, WhereTheTravelDoesNotTellThePitches) {
   Terms terms{make_term(measurement, *find_effect("force_ripple"))};
   terms.front().shapes = {travel_m / 6.0};
   EXPECT_FALSE(has_one_ripple_twice(measurement, terms));
-  terms.push_back(make_term(measurement, second_ripple()));
+  terms.push_back(make_term(measurement, cause_of(CauseForm::second_ripple)));
   for (const double periods : {4.9, 7.1, 12.0}) {
     terms.back().shapes = {travel_m / periods};
     EXPECT_FALSE(has_one_ripple_twice(measurement, terms)) << periods;

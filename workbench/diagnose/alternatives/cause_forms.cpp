@@ -296,7 +296,7 @@ std::vector<const EffectDescription*> causes_to_try(const Measurement& measureme
                                  form == CauseForm::force_over_time;
     if (needs_one_clock && measurement.log_count() > 1) continue;
     if (form == CauseForm::second_ripple && !has_ripple(terms)) continue;
-    if (one.has_shape(ShapeKind::pitch) && !period_fits(measurement, one)) continue;
+    if (!period_fits(measurement, one)) continue;
     causes.push_back(&one);
   }
   return causes;
@@ -316,19 +316,18 @@ CauseForm form_of(const EffectDescription& cause) {
   return static_cast<CauseForm>(&cause - all_causes().data());
 }
 
-const EffectDescription& second_ripple() {
-  return all_causes()[static_cast<std::size_t>(CauseForm::second_ripple)];
+const EffectDescription& cause_of(CauseForm form) {
+  return all_causes()[static_cast<std::size_t>(form)];
 }
 
-const Term* find_second_ripple(const Terms& terms) {
-  for (const Term& term : terms) {
-    if (is_outside_catalogue(*term.effect) && form_of(*term.effect) == CauseForm::second_ripple) return &term;
-  }
-  return nullptr;
+const Term* find_cause(const Terms& terms, CauseForm form) {
+  const auto found = std::find_if(terms.begin(), terms.end(),
+                                  [&](const Term& term) { return term.effect == &cause_of(form); });
+  return found == terms.end() ? nullptr : &*found;
 }
 
 bool lacks_first_ripple(const Terms& terms) {
-  return find_second_ripple(terms) != nullptr && !has_ripple(terms);
+  return find_cause(terms, CauseForm::second_ripple) != nullptr && !has_ripple(terms);
 }
 
 bool is_searched_as_effect(const EffectDescription& cause) {

@@ -55,14 +55,15 @@ std::vector<const EffectDescription*> causes_to_try(const Measurement& measureme
 
 bool is_outside_catalogue(const EffectDescription& effect);
 
-/// The form of an effect for which is_outside_catalogue() holds.
+/// The form of an effect for which is_outside_catalogue() holds; and the cause of a form.
 CauseForm form_of(const EffectDescription& cause);
+const EffectDescription& cause_of(CauseForm form);
+/// The term of the cause of this form, or nullptr.
+const Term* find_cause(const Terms& terms, CauseForm form);
+/// Whether the terms have a second ripple without a first.
+bool lacks_first_ripple(const Terms& terms);
 /// Whether the shapes of the cause are found by fits of the model with it, not from the residual.
 bool is_fitted_jointly(const EffectDescription& cause);
-const EffectDescription& second_ripple();
-/// The second ripple of the terms, or nullptr; and whether they have one without a first.
-const Term* find_second_ripple(const Terms& terms);
-bool lacks_first_ripple(const Terms& terms);
 /// Whether its shapes are searched as those of effects are, and not by shapes_of_cause().
 bool is_searched_as_effect(const EffectDescription& cause);
 

@@ -271,9 +271,8 @@ Repetition repetition_of(const DescribedCause& cause) {
 std::string second_ripple_text(const DescribedCause& cause) {
   const Repetition found = repetition_of(cause);
   return fmt::format(
-      "the {} repeats over the position with a second pitch, {}, amplitude {} (the catalogue's ripple has "
-      "one "
-      "pitch; the other can be an effect of your own)",
+      "the {} repeats over the position with a second pitch, {}, amplitude {} "
+      "(the catalogue's ripple has one pitch; the other can be an effect of your own)",
       force_word(), quantity_with_interval(cause.term().shapes[0], 2.0 * found.pitch_error_m, "m"),
       quantity_with_interval(found.amplitude, 2.0 * found.amplitude_error, "N") +
           (found.amplitude < 2.0 * found.amplitude_error ? ", not determined" : ""));
@@ -282,9 +281,8 @@ std::string second_ripple_text(const DescribedCause& cause) {
 std::string friction_ripple_text(const DescribedCause& cause) {
   const Repetition found = repetition_of(cause);
   return fmt::format(
-      "the friction repeats over the position every {}, by {} % of its level (a screw, balls or a bearing "
-      "with "
-      "a preload that varies), which is too short for a map",
+      "the friction repeats over the position every {}, by {} % of its level "
+      "(a screw, balls or a bearing with a preload that varies), which is too short for a map",
       quantity_with_interval(cause.term().shapes[0], 2.0 * found.pitch_error_m, "m"),
       number_with_interval(100.0 * found.amplitude, 200.0 * found.amplitude_error));
 }

@@ -16,30 +16,31 @@
 
 namespace slipstack::workbench {
 
-bool is_no_gap(const FittedModel& model, const Term& term) {
+bool has_no_true_gap(const FittedModel& model) {
   constexpr double kMostOfMass = 1.5;
-  if (!is_outside_catalogue(*term.effect) || form_of(*term.effect) != CauseForm::gap_in_drive) return false;
-  if (term.gains[0] > kMostOfMass * mass_kg(model.terms)) return true;
-  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
-  const double behind_N = term.gains[0] * term.shapes[1];  // mass times deceleration by friction
+  const Term* const gap = find_cause(model.terms, CauseForm::gap_in_drive);
+  if (gap == nullptr) return false;
+  if (gap->gains[0] > kMostOfMass * mass_kg(model.terms)) return true;
+  const Term* const hysteresis = find_role(model.terms, Role::hysteresis);
+  const double behind_N = gap->gains[0] * gap->shapes[1];  // mass times deceleration by friction
   return hysteresis == nullptr || behind_N < kMajority * hysteresis_level_N(*hysteresis, 0);
 }
 
-bool is_no_friction_ripple(const Measurement& measurement, const FittedModel& model, const Term& term) {
-  if (!is_outside_catalogue(*term.effect) || form_of(*term.effect) != CauseForm::friction_ripple)
-    return false;
+bool has_no_true_friction_ripple(const Measurement& measurement, const FittedModel& model) {
+  const Term* const ripple = find_cause(model.terms, CauseForm::friction_ripple);
+  if (ripple == nullptr) return false;
   constexpr double kValues = kPreloadMapSplines;
-  if (term.shapes[0] > 4.0 / kValues * value_range(measurement.position_m()).length()) return true;
-  if (find_second_ripple(model.terms) != nullptr) return false;
-  Terms other = without(model.terms, term.id());
-  other.push_back(make_term(measurement, second_ripple()));
-  other.back().shapes = term.shapes;
+  if (ripple->shapes[0] > 4.0 / kValues * value_range(measurement.position_m()).length()) return true;
+  if (find_cause(model.terms, CauseForm::second_ripple) != nullptr) return false;
+  Terms other = without(model.terms, ripple->id());
+  other.push_back(make_term(measurement, cause_of(CauseForm::second_ripple)));
+  other.back().shapes = ripple->shapes;
   return !is_worth_a_name(fit_gains(measurement, std::move(other), &model).holdout_rmse_N,
                           model.holdout_rmse_N);
 }
 
 bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms) {
-  const Term* const second = find_second_ripple(terms);
+  const Term* const second = find_cause(terms, CauseForm::second_ripple);
   if (second == nullptr) return false;
   const double travel_m = value_range(measurement.position_m()).length();
   return std::any_of(terms.begin(), terms.end(), [&](const Term& first) {
@@ -50,23 +51,20 @@ bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms) {
 }
 
 bool lasts_most_of_the_time(const Measurement& measurement, const FittedModel& model) {
-  for (const Term& term : model.terms) {
-    if (!is_outside_catalogue(*term.effect) || form_of(*term.effect) != CauseForm::after_load_reversals)
-      continue;
-    const double window_s = term.shapes[0];
-    LoadReversals load({.deceleration_mps2 = term.shapes[1], .slip_m = term.shapes[2]}, measurement.tick_s());
-    std::size_t within = 0;
-    for (std::size_t p = 0; p < measurement.parts().size(); ++p) {
-      const LogPart& part = measurement.parts()[p];
-      load.reset(measurement.sample(part.first_sample, p));
-      for (std::size_t i = part.first_sample + 1; i < part.end_sample(); ++i) {
-        load.step(measurement.sample(i, p));
-        if (load.since_s() < window_s) ++within;
-      }
+  const Term* const after = find_cause(model.terms, CauseForm::after_load_reversals);
+  if (after == nullptr) return false;
+  LoadReversals load({.deceleration_mps2 = after->shapes[1], .slip_m = after->shapes[2]},
+                     measurement.tick_s());
+  std::size_t within = 0;
+  for (std::size_t p = 0; p < measurement.parts().size(); ++p) {
+    const LogPart& part = measurement.parts()[p];
+    load.reset(measurement.sample(part.first_sample, p));
+    for (std::size_t i = part.first_sample + 1; i < part.end_sample(); ++i) {
+      load.step(measurement.sample(i, p));
+      if (load.since_s() < after->shapes[0]) ++within;
     }
-    return static_cast<double>(within) > kMajority * static_cast<double>(measurement.sample_count());
   }
-  return false;
+  return static_cast<double>(within) > kMajority * static_cast<double>(measurement.sample_count());
 }
 
 }  // namespace slipstack::workbench

@@ -7,16 +7,16 @@ namespace slipstack::workbench {
 
 // What a fitted cause outside the catalogue cannot be.
 
-/// Whether the term is a gap with more mass behind it than the axis has, as far as the form of a gap tells
+/// Whether the model has a gap with more mass behind it than the axis has, as far as the form of a gap tells
 /// it (half more than is true at most: docs/theory.md), or without most of the friction. The guideway carries
 /// the carriage, so its friction acts there; another form of the hysteresis takes the form of a small mass
 /// behind a gap.
-bool is_no_gap(const FittedModel& model, const Term& term);
+bool has_no_true_gap(const FittedModel& model);
 
-/// Whether the term is a friction that repeats with a pitch which the map over the position resolves, having
-/// four values in one, so that it has a name; or one that a force describes as well, which is the same both
-/// ways: in a motion one way they are equal.
-bool is_no_friction_ripple(const Measurement& measurement, const FittedModel& model, const Term& term);
+/// Whether the model has a friction that repeats with a pitch which the map over the position resolves,
+/// having four values in one, so that it has a name; or one that a force describes as well, which is the same
+/// both ways: in a motion one way they are equal.
+bool has_no_true_friction_ripple(const Measurement& measurement, const FittedModel& model);
 
 /// Whether the terms have a second ripple of a pitch that the travel does not tell from that of the first:
 /// less than a period more or less within it.

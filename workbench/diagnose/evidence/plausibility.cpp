@@ -230,13 +230,12 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
                                !has_role(baseline.terms, Role::saturating_friction);
   return any_new(model, baseline,
                  [&](const Term& term) {
-                   return ends_at_a_bound(model, term) || is_no_gap(model, term) ||
-                          is_no_friction_ripple(measurement, model, term) ||
+                   return ends_at_a_bound(model, term) ||
                           is_doubtfully_negative(measurement, baseline, model, term);
                  }) ||
          changes_friction_too_much(measurement, baseline, model) ||
-         has_implausible_mode(measurement, baseline, model) ||
-         has_one_ripple_twice(measurement, model.terms) ||
+         has_implausible_mode(measurement, baseline, model) || has_no_true_gap(model) ||
+         has_no_true_friction_ripple(measurement, model) || has_one_ripple_twice(measurement, model.terms) ||
          has_implausible_lag(measurement, baseline, model) ||
          (has_new_coulomb && (coulomb_is_of_hysteresis(model, measurement.noise_floor_N()) ||
                               coulomb_is_of_sampling(measurement, baseline, model))) ||

@@ -83,8 +83,8 @@ bool drop_implausible(const SelectionContext& context, Explanation& explanation,
   const bool twice = has_one_ripple_twice(context.measurement, explanation.model.terms);
   for (std::size_t i = 0; i < explanation.added.size(); ++i) {
     const Terms rest = without(explanation.model.terms, explanation.added[i]);
-    if ((twice && find_second_ripple(rest) == nullptr) || (no_mode && !has_role(rest, Role::resonance)) ||
-        (no_lag && !has_role(rest, Role::friction_memory))) {
+    if ((twice && find_cause(rest, CauseForm::second_ripple) == nullptr) ||
+        (no_mode && !has_role(rest, Role::resonance)) || (no_lag && !has_role(rest, Role::friction_memory))) {
       implausible.push_back(explanation.added[i]);
       explanation = without_effect(context, explanation, i);
       return true;
