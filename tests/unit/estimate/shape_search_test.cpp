@@ -11,6 +11,7 @@
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
+#include "workbench/estimate/nonlinear/trial.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
@@ -121,6 +122,17 @@ Term lag_found(const MeasurementDynamics& lag, double noise_N, std::uint64_t see
   const FittedModel fitted =
       refine_nominal_shapes(measurement, fit_effects(measurement, {"inertia", "viscous", "time_delay"}, {}));
   return *find_term(with_standard_errors(measurement, fitted).terms, "time_delay");
+}
+
+// Without viscous friction there is none that could differ between the directions, in a trial as in a fit.
+TEST(ShapeSearch, KeepsAPartWithinTheEffectItIsAPartOf) {
+  Log log = test::wandering_log(2, 2000.0, 20'000);
+  for (std::size_t i = 1; i < log.force_N.size(); ++i)
+    log.force_N[i] += 40.0 * std::abs(2000.0 * (log.position_m[i] - log.position_m[i - 1]));
+  const Measurement measurement(log);
+  const FittedModel base = fit_effects(measurement, {"presliding_hysteresis"}, {});
+  const Trial trial = try_effect(measurement, base, *find_effect("direction_asymmetry"), {});
+  EXPECT_EQ(trial.term.gains[2], 0.0);
 }
 
 TEST(ShapeSearch, KeepsAPureDelay) {

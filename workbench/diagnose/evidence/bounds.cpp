@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "workbench/estimate/terms/search_ranges.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -24,6 +26,7 @@ bool shape_ended_at_bound(const Term& term, std::size_t shape) {
   if (term.shape_standard_errors.empty() || term.shape_standard_error(shape) > 0.0) return false;
   const ShapeSpec& spec = term.effect->shapes[shape];
   if (is_computed(spec.kind) || is_nominal(spec, term.shapes[shape])) return false;
+  if (spec.kind == ShapeKind::pitch && is_one_turn(term.shapes[shape])) return false;
   const auto has_force = [](double gain) { return gain != 0.0; };
   return term.gains.empty() || std::any_of(term.gains.begin(), term.gains.end(), has_force);
 }

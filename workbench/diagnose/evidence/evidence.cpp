@@ -14,6 +14,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/evidence/bounds.h"
 #include "workbench/diagnose/evidence/plausibility.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/friction_each_way.h"
 #include "workbench/model/effect_adapters/shape_parameter.h"
 
@@ -81,6 +82,7 @@ std::string shape_with_interval(const Term& term, std::size_t shape) {
   const ShapeSpec& spec = term.effect->shapes[shape];
   const double half_width = 2.0 * term.shape_standard_error(shape);
   const std::string text = shape_value_with_interval(spec, term.shapes[shape], half_width);
+  if (spec.kind == ShapeKind::pitch && is_one_turn(term.shapes[shape])) return text + " (one turn)";
   return spec.lower >= 0.0f && half_width >= term.shapes[shape] ? text + ", not determined" : text;
 }
 

@@ -24,6 +24,11 @@ constexpr SearchEffort kUnmoved{0, kRefinement.tolerance};
 bool is_redundant(const Measurement& measurement, const Terms& terms, const EffectDescription& effect) {
   const bool weightless = measurement.log().mass_kg && *measurement.log().mass_kg == 0.0;
   if (weightless && (effect.has_role(Role::resonance) || effect.has_role(Role::added_mass))) return true;
+  // A line with a bend beside what bends alike.
+  if (effect.has_shape(ShapeKind::travel) && effect.acts_as(Acts::force) &&
+      bends_like_one_turn(measurement, terms)) {
+    return true;
+  }
   return (effect.has_role(Role::added_mass) && mass_is_free(terms)) ||
          (effect.has_role(Role::inertia) && has_role(terms, Role::added_mass));
 }

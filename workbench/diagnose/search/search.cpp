@@ -8,7 +8,6 @@
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
-#include "workbench/diagnose/evidence/seldom_negative.h"
 #include "workbench/diagnose/search/elimination_and_exchange.h"
 #include "workbench/diagnose/search/forward_selection.h"
 #include "workbench/diagnose/search/mass_and_mode.h"
@@ -44,8 +43,6 @@ std::vector<Explanation> grow(const DiagnoseOptions& options, const std::vector<
   if (first) found.first_level = grown;
   std::vector<char> implausible(grown.size());
   parallel_for(grown.size(), [&](std::size_t i) {
-    grown[i].model =
-        without_doubtful_negatives(context.measurement, context.baseline, std::move(grown[i].model));
     implausible[i] = is_implausible(context.measurement, context.baseline, grown[i].model) ? 1 : 0;
   });
   std::vector<Explanation> plausible;

@@ -20,6 +20,7 @@ FittedModel with_shapes_searched(const Measurement& measurement, FittedModel fit
       linearised(measurement, without(fitted.terms, fitted.terms[t].id()), fitted.train_rmse_N, &fitted);
   Terms terms = fitted.terms;
   terms[t].shapes = try_effect(measurement, base, effect, effort, start).term.shapes;
+  settle_pitch(measurement, terms[t]);
   FittedModel moved = fit_gains(measurement, std::move(terms), &fitted);
   if (moved.holdout_rmse_N < fitted.holdout_rmse_N) fitted = std::move(moved);
   return fitted;

@@ -18,9 +18,12 @@ constexpr double kFurthestSteps = 100.0;
 /// Largest growth of the held-out error that a Gauss-Newton step may cause. Chosen.
 constexpr double kAsGoodHeldOut = 1.002;
 
-/// Shapes of a term that were chosen by the log: those with a nominal value only if they have left it.
+/// Shapes of a term that were chosen by the log: those with a nominal value only if they have left it, and no
+/// pitch of one turn.
 std::vector<ShapeRange> chosen_shapes(const Measurement& measurement, const Term& term) {
   std::vector<ShapeRange> ranges = searched_shapes(measurement, *term.effect);
+  const auto pitch_m = term.shape(ShapeKind::pitch);
+  if (pitch_m && is_one_turn(*pitch_m)) ranges.clear();
   for (const ShapeRange& range : nominal_shapes(measurement, *term.effect)) {
     if (term.shapes[range.index] != range.nominal) ranges.push_back(range);
   }

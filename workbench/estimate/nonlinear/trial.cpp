@@ -106,6 +106,16 @@ Eigen::VectorXd delayed_target(const Measurement& measurement, const Linearisati
          measurement.force_N(measurement_dynamics_of({delay}));
 }
 
+/// The constraints of base and `term`, with the bounds that its pitch gives to its harmonics
+/// (settle_pitch()). The gains of other effects may be coupled to the base.
+NormalEquations::Constraints with_bounds_of(const Term& term, NormalEquations::Constraints constraints) {
+  if (!term.shape(ShapeKind::pitch)) return constraints;
+  const auto count = std::ssize(term.gains);
+  constraints.lower.tail(count) = Eigen::Map<const Eigen::VectorXd>(term.lower.data(), count);
+  constraints.upper.tail(count) = Eigen::Map<const Eigen::VectorXd>(term.upper.data(), count);
+  return constraints;
+}
+
 /// The costs of an effect's shapes: the error of base and effect fitted jointly. What was evaluated once is
 /// not evaluated again, since a search begins with the best starting point and the trial ends with the best
 /// shapes. May be called by several threads.
@@ -123,14 +133,16 @@ class ShapeCosts {
     if (const auto known = known_cost(shapes)) return *known;
     Term term = term_;
     term.shapes = shapes;
+    settle_pitch(measurement_, term);
     Eigen::MatrixXd columns;
     if (!term.gains.empty()) columns = base_.linearisation->columns_of(term);
-    const double cost = sum_with(term, columns).training_error(constraints_, bound_states_);
+    const double cost =
+        sum_with(term, columns).training_error(with_bounds_of(term, constraints_), bound_states_);
     const std::lock_guard lock(lock_);
     costs_.push_back({shapes, cost});
     if (cost < lowest_) {
       lowest_ = cost;
-      lowest_shapes_ = shapes;
+      lowest_shapes_ = term.shapes;
       lowest_columns_ = std::move(columns);
     }
     return cost;
@@ -176,6 +188,17 @@ class ShapeCosts {
   Eigen::MatrixXd lowest_columns_;
 };
 
+/// Narrows the range of a pitch to what repeats within the travel, with the starting points.
+void leave_out_one_turn(const Measurement& measurement, const EffectDescription& effect,
+                        std::vector<ShapeRange>& ranges, std::vector<std::vector<double>>& starts) {
+  for (ShapeRange& range : ranges) {
+    if (effect.shapes[range.index].kind != ShapeKind::pitch) continue;
+    const double repeats_m = 0.5 * value_range(measurement.position_m()).length();
+    range.upper = std::max(range.lower, std::min(range.upper, repeats_m));
+    for (std::vector<double>& one : starts) one[range.index] = std::min(one[range.index], range.upper);
+  }
+}
+
 }  // namespace
 
 NormalEquations equations_with(const Measurement& measurement, const Linearisation& linearisation,
@@ -219,12 +242,13 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   ShapeCosts costs(measurement, base, best.term, constraints, bound_states);
   const auto cost = [&](const std::vector<double>& shapes) { return costs.of(shapes); };
 
-  const auto starts = start != nullptr
-                          ? std::vector<std::vector<double>>{*start}
-                          : starting_shapes(measurement, effect,
-                                            linearisation.residual_N().cwiseProduct(measurement.row_usable()),
-                                            linearisation.force_N());
-  const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
+  auto starts = start != nullptr
+                    ? std::vector<std::vector<double>>{*start}
+                    : starting_shapes(measurement, effect,
+                                      linearisation.residual_N().cwiseProduct(measurement.row_usable()),
+                                      linearisation.force_N());
+  std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
+  if (bends_like_one_turn(measurement, base.terms)) leave_out_one_turn(measurement, effect, ranges, starts);
   // A user-defined effect may have many shapes, and a narrow minimum.
   SearchEffort own = effort;
   if (effect.is_user_defined()) own.evaluations *= std::max(1, static_cast<int>(ranges.size()));
@@ -240,10 +264,12 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
     if (found[i].cost < lowest.cost) lowest = std::move(found[i]);
   }
   best.term.shapes = std::move(lowest.shapes);
+  settle_pitch(measurement, best.term);
   const NormalEquations equations = costs.equations(best.term);
-  const auto judged = equations.cross_validate(constraints, bound_states);
+  const NormalEquations::Constraints held = with_bounds_of(best.term, constraints);
+  const auto judged = equations.cross_validate(held, bound_states);
   best.terms.back() = best.term;
-  take_gains(best.terms, equations.fit(constraints, bound_states).value);
+  take_gains(best.terms, equations.fit(held, bound_states).value);
   best.term = best.terms.back();
   best.holdout_rmse_N = judged.rmse;
   best.block_squared_error = judged.block_squared_error;

@@ -58,12 +58,18 @@ constexpr double kBeyondBand = 1.2;
 /// How far a pitch may be from one turn to be that of gravity or of an eccentric part. Chosen.
 constexpr double kAboutOneTurn = 0.03;
 
+/// The part of a turn that shows more than a line with a bend.
+constexpr double kShowsTurn = 0.5;
+
 /// A period that does not fit twice into the stroke cannot be observed as a repetition. One turn need not be
-/// observed: an angle repeats after it. Less than half of one shows no more than a line with a bend.
-double longest_pitch_m(const Measurement& measurement) {
+/// observed: an angle repeats after it. Of a change of friction or of the motor less than half of one shows
+/// no more than a line with a bend; gravity has a known form, of which a cubic leaves 1.2e-4 over an eighth
+/// of a turn, and more beyond (2 J4 of half the travel).
+double longest_pitch_m(const Measurement& measurement, const EffectDescription& effect) {
   const double stroke_m = value_range(measurement.position_m()).length();
-  const bool shows_turn = axis_is_rotary() && stroke_m > 0.5 * kTurn_rad;
-  return std::max(0.5 * stroke_m, shows_turn ? (1.0 + kAboutOneTurn) * kTurn_rad : 0.0);
+  const double least_turns = effect.acts_as(Acts::force) ? 0.125 : kShowsTurn;
+  const bool shows_turn = axis_is_rotary() && stroke_m > least_turns * kTurn_rad;
+  return std::max(0.5 * stroke_m, shows_turn ? kTurn_rad : 0.0);
 }
 
 /// Intersection of the catalogue's bounds with what the log shows.
@@ -100,7 +106,7 @@ ShapeRange narrowed(const Measurement& measurement, const EffectDescription& eff
                                                             : kEndlessMemory * measurement.duration_s());
       break;
     case ShapeKind::pitch:
-      narrow(20.0 * measurement.encoder_resolution_m(), longest_pitch_m(measurement));
+      narrow(20.0 * measurement.encoder_resolution_m(), longest_pitch_m(measurement, effect));
       break;
     case ShapeKind::frequency:
       narrow(4.0 / (static_cast<double>(measurement.sample_count()) * measurement.tick_s()),
@@ -143,6 +149,35 @@ const ShapeRange* find_range(const std::vector<ShapeRange>& ranges, const Effect
 
 bool is_about_one_turn(double pitch_m) {
   return axis_is_rotary() && std::abs(pitch_m / kTurn_rad - 1.0) < kAboutOneTurn;
+}
+
+bool bends_like_one_turn(const Measurement& measurement, const Terms& terms) {
+  const double travel_m = value_range(measurement.position_m()).length();
+  return axis_is_rotary() && travel_m < kTurn_rad &&
+         std::any_of(terms.begin(), terms.end(), [](const Term& term) {
+           const auto pitch_m = term.shape(ShapeKind::pitch);
+           return term.effect->acts_as(Acts::force) &&
+                  (term.effect->has_shape(ShapeKind::travel) || (pitch_m && is_one_turn(*pitch_m)));
+         });
+}
+
+bool is_one_turn(double pitch_m) {
+  return axis_is_rotary() && pitch_m == kTurn_rad;
+}
+
+void settle_pitch(const Measurement& measurement, Term& term) {
+  const auto index = term.effect->find_shape(ShapeKind::pitch);
+  if (!index) return;
+  const double seen_m = 0.5 * value_range(measurement.position_m()).length();
+  double& pitch_m = term.shapes[*index];
+  if (axis_is_rotary() && pitch_m > seen_m) pitch_m = kTurn_rad;
+  const GainGroup& group = term.effect->gain_groups.front();
+  for (std::size_t i = 0; i < term.gains.size(); ++i) {
+    const std::size_t harmonic = i % term.gains_per_set() / 2 + 1;  // each has a cosine and a sine
+    const bool seen = harmonic == 1 || pitch_m / static_cast<double>(harmonic) <= seen_m;
+    term.lower[i] = seen ? static_cast<double>(group.lower) : 0.0;
+    term.upper[i] = seen ? static_cast<double>(group.upper) : 0.0;
+  }
 }
 
 bool is_at_bound(const ShapeRange& range, double value) {

@@ -6,6 +6,7 @@
 
 #include "workbench/estimate/measurement/measurement.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
+#include "workbench/model/term.h"
 
 namespace slipstack::workbench {
 
@@ -26,6 +27,18 @@ const ShapeRange* find_range(const std::vector<ShapeRange>& ranges, const Effect
 /// Whether a pitch of a rotary axis is that of gravity or of an eccentric part: one turn.
 bool is_about_one_turn(double pitch_m);
 
+/// Whether the terms have a force over the position that is a line with a bend over less than a turn, or
+/// that of one turn: which of both it is, not how much there is of each, is what the log can tell.
+bool bends_like_one_turn(const Measurement& measurement, const Terms& terms);
+
+/// Whether a pitch is exactly one turn, as settle_pitch() makes it.
+bool is_one_turn(double pitch_m);
+
+/// Makes a pitch that does not fit into the travel of a rotary axis twice one turn exactly, the only one that
+/// needs no repetition (searched_shapes()). Harmonics of a ripple that do not fit twice are held at zero, the
+/// others freed: over less than a turn gravity has its fundamental alone. No other effect is touched.
+void settle_pitch(const Measurement& measurement, Term& term);
+
 /// Whether a search ended at an end of the range with this value, but for rounding.
 bool is_at_bound(const ShapeRange& range, double value);
 
@@ -45,8 +58,8 @@ ValueRange value_range(const std::vector<double>& values);
 
 /// Shapes of the effect that the search moves, with the bounds of the catalogue narrowed to what the log can
 /// show: no velocity above its fastest, no pitch longer than half its stroke (on a rotary axis that moves
-/// over more than half a turn, than one turn), no frequency beyond 1.2 times its bandwidth. Grids
-/// and maps (slip distances, places) are set by default_shapes() and not searched.
+/// over more than half a turn, than one turn; for a force an eighth suffices), no frequency beyond 1.2 times
+/// its bandwidth. Grids and maps (slip distances, places) are set by default_shapes() and not searched.
 std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const EffectDescription& effect);
 
 /// Whether this log can show the period of the effect: it must fit into the travel twice. True for effects

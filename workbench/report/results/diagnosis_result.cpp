@@ -8,6 +8,7 @@
 #include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
@@ -27,11 +28,30 @@ json errors_json(const FittedModel& fitted) {
           {"relative_error", number_json(fitted.relative_error)}};
 }
 
+struct CandidateText {
+  std::string title;
+  std::string cause;
+  std::string confirm;
+};
+
+/// Of a force that repeats after exactly one turn the general text of a ripple would name the motor first.
+CandidateText text_of(const Term& term) {
+  const auto pitch_m = term.shape(ShapeKind::pitch);
+  if (pitch_m && is_one_turn(*pitch_m) && term.effect->acts_as(Acts::force)) {
+    return {"Force ripple of one turn (gravity of a link)",
+            "gravity of a link; an eccentric or unbalanced part; cogging once a turn",
+            "creep over the whole range both ways: gravity vanishes with the axis vertical, and where the "
+            "link hangs"};
+  }
+  const EffectText& text = term.effect->text;
+  return {text.title, text_of_axis(text.cause), text_of_axis(text.confirm)};
+}
+
 json candidates_json(const Diagnosis& diagnosis) {
   json list = json::array();
   for (const Candidate& candidate : diagnosis.candidates) {
-    const EffectText& text = candidate.term.effect->text;
-    json entry{{"effect", text.id},
+    const CandidateText text = text_of(candidate.term);
+    json entry{{"effect", candidate.term.id()},
                {"title", text.title},
                {"holdout_rmse_N", number_json(candidate.holdout_rmse_N)},
                {"error_reduction", number_json(candidate.error_reduction)},
@@ -39,8 +59,8 @@ json candidates_json(const Diagnosis& diagnosis) {
                {"criterion_difference", number_json(candidate.criterion_difference)},
                {"confounded_with", candidate.confounded_with},
                {"evidence", candidate.evidence},
-               {"cause", text_of_axis(text.cause)},
-               {"confirm_with", text_of_axis(text.confirm)}};
+               {"cause", text.cause},
+               {"confirm_with", text.confirm}};
     if (candidate.term.effect->is_user_defined()) entry["definition"] = candidate.term.effect->definition;
     list.push_back(std::move(entry));
   }
