@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <vector>
 
 #include "tests/unit/estimate/estimate_support.h"
@@ -96,6 +97,28 @@ TEST(Criterion, PrefersAnEffectThatIsThere) {
         log_with(20.0, [&](double, double v) { return 0.5 + 3.0 * v + draw.normal(); }));
     EXPECT_GT(preference(measurement), 0.0) << seed;
   }
+}
+
+// Where the motion repeats, what the form of a model misses returns with it, wherever that is: an
+// acceleration that another axis makes at the same phases.
+TEST(Criterion, OfAMotionThatRepeatsIsThatOfOnePeriod) {
+  const auto support = [](int periods) {
+    test::Draw draw(6);
+    const double period_s = 8.0;
+    const auto phase = [&](double t) { return 2.0 * std::numbers::pi * t / period_s; };
+    const Log log = test::log_of(
+        500.0, static_cast<std::size_t>(500.0 * period_s * periods),
+        [&](double t) { return 0.05 * std::sin(phase(t)) + 0.01 * std::sin(5.0 * phase(t) + 1.0); },
+        [&](double t) {
+          return 0.3 * std::sin(3.0 * phase(t)) + 0.2 * std::sin(7.0 * phase(t) + 2.0) + 0.02 * draw.normal();
+        });
+    const Measurement measurement(log);
+    const FittedModel with = fitted(measurement, {"cable_chain_stiffness", "viscous"});
+    const FittedModel without = fitted(measurement, {"viscous"});
+    return Criterion(measurement, without.terms, 1).difference(with, without);
+  };
+  const double of_four = support(4);
+  EXPECT_NEAR(support(24), of_four, 0.35 * std::abs(of_four) + 3.0);
 }
 
 // A force that depends on the place, with an offset as a candidate: where one motion repeats, a wrong form

@@ -13,16 +13,41 @@
 #include "workbench/estimate/linear/tall_product.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
 #include "workbench/estimate/terms/search_ranges.h"
+#include "workbench/signal/repetition.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// The cluster in time of each row: the parts of the blocks between which scatter is an error.
+/// The period of the motion in one part of the logs, in rows; 0 where it does not repeat.
+double rows_of_period(const Measurement& measurement, const LogPart& part) {
+  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
+  return repetition_period({velocity_mps.data() + part.first_row, part.row_count});
+}
+
+bool repeats(const Measurement& measurement) {
+  return std::any_of(measurement.parts().begin(), measurement.parts().end(),
+                     [&](const LogPart& part) { return rows_of_period(measurement, part) > 0.0; });
+}
+
+/// The cluster in time of each row: the parts of the blocks between which scatter is an error. Where the
+/// motion repeats, the same phase of all periods is one: what the form of a model misses returns with it.
 std::vector<std::size_t> intervals(const Measurement& measurement) {
   std::vector<std::size_t> cluster(static_cast<std::size_t>(measurement.row_count()));
   std::size_t interval = 0;
   for (const RowRange& range : block_ranges(measurement, parts_of_block(measurement)))
     std::fill_n(cluster.begin() + range.first, range.count, interval++);
+  for (const LogPart& part : measurement.parts()) {
+    const double period = rows_of_period(measurement, part);
+    if (period == 0.0) continue;
+    const std::size_t first = cluster[part.first_row];
+    const double in_period = std::clamp(std::floor(period / kLeastRowsOfPart), 1.0,
+                                        std::max(1.0, static_cast<double>(part.block_count)));
+    for (std::size_t row = 0; row < part.row_count; ++row) {
+      const double turns = static_cast<double>(row) / period;
+      cluster[part.first_row + row] =
+          first + static_cast<std::size_t>((turns - std::floor(turns)) * in_period);
+    }
+  }
   return cluster;
 }
 
@@ -57,6 +82,15 @@ std::vector<std::size_t> cells_of_state(const Measurement& measurement) {
   return cell;
 }
 
+/// The cluster of the rows that two partitions have in common.
+std::vector<std::size_t> pairs_of(const std::vector<std::size_t>& one,
+                                  const std::vector<std::size_t>& other) {
+  const std::size_t count = *std::max_element(other.begin(), other.end()) + 1;
+  std::vector<std::size_t> pair(one.size());
+  for (std::size_t row = 0; row < one.size(); ++row) pair[row] = one[row] * count + other[row];
+  return pair;
+}
+
 FreeUnknowns free_unknowns(const FittedModel& model) {
   return {model.equations->gram() + model.constraints.penalty, model.constraints.pairs, model.solution};
 }
@@ -88,7 +122,9 @@ Criterion::Criterion(const Measurement& measurement, const Terms& baseline, std:
       baseline_(baseline),
       ln_choices_(std::log(static_cast<double>(std::max<std::size_t>(choices, 1)))),
       interval_of_row_(intervals(measurement)),
-      state_of_row_(cells_of_state(measurement)) {}
+      state_of_row_(cells_of_state(measurement)),
+      both_of_row_(repeats(measurement) ? pairs_of(interval_of_row_, state_of_row_)
+                                        : std::vector<std::size_t>{}) {}
 
 Criterion::Choices Criterion::choices_of(const Terms& terms) const {
   Choices choices;
@@ -101,6 +137,8 @@ Criterion::Choices Criterion::choices_of(const Terms& terms) const {
       choices.ln_starts += std::log(static_cast<double>(measurement_.row_count()));
       continue;
     }
+    const auto pitch_m = term.shape(ShapeKind::pitch);
+    if (pitch_m && is_one_turn(*pitch_m)) continue;  // known, not chosen
     for (const ShapeRange& range : searched_shapes(measurement_, *term.effect)) {
       choices.shapes += 1.0;
       choices.ln_starts += std::log(independent_values(measurement_, *term.effect, range));
@@ -117,9 +155,11 @@ double Criterion::inflation_of(const FittedModel& model, double count, double me
       measurement_.fit_weights().cwiseProduct(model.linearisation->residual_N());
   const double time = unknowns.trace(clustered(columns, weighted_N, interval_of_row_));
   const double state = unknowns.trace(clustered(columns, weighted_N, state_of_row_));
-  const double rows = unknowns.trace(weighted_gram(columns, weighted_N.cwiseAbs2()));
+  const double both =
+      unknowns.trace(both_of_row_.empty() ? Eigen::MatrixXd(weighted_gram(columns, weighted_N.cwiseAbs2()))
+                                          : clustered(columns, weighted_N, both_of_row_));
   // The sum over two partitions, less what is in both, need not be positive.
-  const double trace = std::max({time, state, time + state - rows});
+  const double trace = std::max({time, state, time + state - both});
   return std::max(1.0, trace / (mean_square * count));
 }
 

@@ -32,6 +32,7 @@ inline bool is_supported(double difference) {
 /// Varin and Vidoni 2005, Gao and Song 2010). J: the variance of the scores X_i' w_i r_i, summed within
 /// clusters before they are squared, for clusters in time and in state at once (Cameron, Gelbach and Miller
 /// 2011): what the form of a model misses returns whenever the axis is at the same place at the same speed.
+/// Where the motion repeats, the clusters in time are phases of it, over all periods.
 /// All models of a comparison have the same f, that of the lowest error among them (Burnham and Anderson
 /// 2002, section 2.5): otherwise the scatter of f, multiplied by the gains that all models share, decides.
 class Criterion {
@@ -59,6 +60,7 @@ class Criterion {
   double ln_choices_;
   std::vector<std::size_t> interval_of_row_;  ///< clusters in time
   std::vector<std::size_t> state_of_row_;     ///< clusters in position and velocity
+  std::vector<std::size_t> both_of_row_;      ///< clusters in both; empty: hardly more than a row each
 };
 
 }  // namespace slipstack::workbench

@@ -9,10 +9,8 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Blocks are divided into parts of at least so many rows. Noise is uncorrelated over far fewer: the filter
-/// reaches over nine. There are at most kMostParts per block: enough parts then contain what only few
-/// movements excite, and finer ones give the same standard errors.
-constexpr Eigen::Index kLeastRowsOfPart = 45;
+/// At most so many parts per block: enough parts then contain what only few movements excite, and finer ones
+/// give the same standard errors.
 constexpr Eigen::Index kMostParts = 4;
 
 }  // namespace

@@ -12,6 +12,9 @@ namespace slipstack::workbench {
 /// Rows of each part of a block: blocks are contiguous and in order.
 std::vector<RowRange> block_ranges(const Measurement& measurement, int parts = 1);
 
+/// The least rows of a part of a block. Noise is uncorrelated over far fewer: the filter reaches over nine.
+inline constexpr Eigen::Index kLeastRowsOfPart = 45;
+
 /// Into how many parts the blocks are divided where the scatter between parts is an error: each is several
 /// times longer than noise is correlated.
 int parts_of_block(const Measurement& measurement);
