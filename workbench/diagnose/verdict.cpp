@@ -160,9 +160,21 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   if (confounder) diagnosis.unexplained = std::move(confounder);
 }
 
+/// The strongest cause outside the catalogue, beside a line above the bandwidth of the rows, where neither
+/// effects nor causes are searched.
+Structure cause_and_line(const Measurement& measurement, const Diagnosis& diagnosis) {
+  Structure first = diagnosis.outside.causes.front();
+  const FittedModel& last = diagnosis.explained;
+  auto other = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
+  if (!other || other->error_reduction < kStructureReduction) return first;
+  if (other->error_reduction > first.error_reduction) std::swap(first, *other);
+  first.description += "; besides, " + other->description;
+  return first;
+}
+
 /// The verdict where causes outside the catalogue compete with the effects: the stronger of both.
 void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
-  diagnosis.unexplained = diagnosis.outside.causes.front();
+  diagnosis.unexplained = cause_and_line(measurement, diagnosis);
   const bool named = diagnosis.steps.size() > 1 && !diagnosis.outside.explain_most;
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
   if (!named) diagnosis.unexplained->description += passed_over(measurement, diagnosis);

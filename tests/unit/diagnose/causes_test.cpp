@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(OfAllKinds, Causes,
 TEST(Causes, StateTheirValues) {
   const Diagnosis line = diagnosed(log_and_force(0.0, hum));
   ASSERT_TRUE(line.unexplained);
-  EXPECT_NEAR(line.unexplained->where, 13.7, 0.02);
+  EXPECT_NEAR(line.unexplained->where, 13.7, 1e-3);
   const Diagnosis change = diagnosed(log_and_force(0.0, jump));
   ASSERT_TRUE(change.unexplained);
   EXPECT_NEAR(change.unexplained->where, 6.0, 0.05);

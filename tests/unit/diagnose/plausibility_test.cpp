@@ -15,6 +15,7 @@
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/evidence/implausible_causes.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
@@ -308,6 +309,68 @@ TEST(IsImplausible, WithAModeThatDoesNotDecayWithinTheLog) {
   EXPECT_FALSE(has_implausible_mode(measurement, {}, model));
   model.terms.back().shapes[1] = 0.9 * least;
   EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
+}
+
+/// The mode of an axis that hums at 25 Hz by `hum_N` and has an arm of a tenth of its mass with its mode
+/// there.
+bool mode_is_implausible(double hum_N, double arm_share) {
+  constexpr double kFrequency_Hz = 25.0;
+  constexpr double kMass_kg = 10.0;
+  constexpr double kSampled_Hz = 2000.0;
+  const double omega = kTwoPi * kFrequency_Hz;
+  test::Draw draw(4);
+  Log log = test::wandering_log(2, kSampled_Hz, 40'000);
+  // Blows every 0.7 s swing the arm; the hum shakes the axis.
+  const auto blow = [](double t) {
+    const double since = std::fmod(t, 0.7);
+    return since < 0.02 ? 1e-5 * std::pow(std::sin(kTwoPi * since / 0.04), 2) : 0.0;
+  };
+  const auto hum_m = [&](double t) { return hum_N / (kMass_kg * omega * omega) * std::sin(omega * t); };
+  for (std::size_t i = 0; i < log.position_m.size(); ++i) {
+    const double t = static_cast<double>(i) / kSampled_Hz;
+    log.position_m[i] += blow(t) + hum_m(t);
+  }
+  double q = 0.0, rate = 0.0;
+  for (std::size_t i = 1; i + 1 < log.position_m.size(); ++i) {
+    const double a =
+        (log.position_m[i + 1] - 2.0 * log.position_m[i] + log.position_m[i - 1]) * kSampled_Hz * kSampled_Hz;
+    rate += (a - 2.0 * 0.02 * omega * rate - omega * omega * q) / kSampled_Hz;
+    q += rate / kSampled_Hz;
+    const double t = static_cast<double>(i) / kSampled_Hz;
+    log.force_N[i] = kMass_kg * a + arm_share * kMass_kg * (omega * omega * q - a) +
+                     hum_N * std::cos(omega * t) + 0.01 * draw.normal();
+  }
+  log.mass_kg = kMass_kg;
+  const Measurement measurement(log);
+  const FittedModel baseline = fit_gains(measurement, {term_for_log(measurement, *find_effect("inertia"))});
+  Terms terms = baseline.terms;
+  terms.push_back(make_term(measurement, *find_effect("structural_resonance")));
+  terms.back().shapes = {kFrequency_Hz, 0.02};
+  return has_implausible_mode(measurement, baseline, fit_gains(measurement, terms));
+}
+
+// A lightly damped mode amplifies the trembling of the axis under a line in time, of one phase throughout.
+TEST(IsImplausible, WithAModeThatIsALineInTime) {
+  EXPECT_TRUE(mode_is_implausible(3.0, 0.0));
+  EXPECT_FALSE(mode_is_implausible(0.0, 0.1));
+}
+
+// A pitch that wants to be longer than half the travel does not repeat; one turn of a rotary axis need not.
+TEST(IsImplausible, WithAPitchExponentOrDelayAtAnEndOfItsSearch) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  for (const char* const id : {"force_ripple", "time_delay", "quadratic_drag"}) {
+    Term term = make_term(measurement, *find_effect(id));
+    const auto ranges = [&] {
+      std::vector<ShapeRange> all = searched_shapes(measurement, *term.effect);
+      return all.empty() ? nominal_shapes(measurement, *term.effect) : all;
+    }();
+    const ShapeRange& range = ranges.front();
+    term.shapes[range.index] = 0.5 * (range.lower + range.upper);
+    EXPECT_FALSE(has_shape_at_bound(measurement, {}, with_only(term))) << id;
+    term.shapes[range.index] = range.upper;
+    EXPECT_TRUE(has_shape_at_bound(measurement, {}, with_only(term))) << id;
+    EXPECT_FALSE(has_shape_at_bound(measurement, with_only(term), with_only(term))) << id;
+  }
 }
 
 TEST(HasOneRippleTwice, WhereTheTravelDoesNotTellThePitches) {

@@ -104,6 +104,22 @@ TEST_F(Residual, OfImpactsElsewhereIsNotOneOfReversals) {
 }
 
 // A burst of noise has many sign changes of the force, but only while it lasts.
+// Ten pulses, each of which changes the sign of the force for 10 ms: no load reverses there.
+TEST(AfterReversals, APulseThatReversesTheForceIsNone) {
+  Log log = test::wandering_log(3, 2000.0, 60'000, 0.01);
+  std::vector<double> pulse_N(log.force_N.size());
+  for (std::size_t i = 0; i < log.force_N.size(); ++i) {
+    const double t = static_cast<double>(i) / 2000.0;
+    log.force_N[i] += 20.0 * std::tanh(30.0 * std::sin(0.7 * t));
+    if (std::fmod(t + 1.1, 2.7) < 0.01) pulse_N[i] = -60.0 * std::copysign(1.0, std::sin(0.7 * t));
+    log.force_N[i] += pulse_N[i];
+  }
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  const Eigen::VectorXd residual_N = measurement.filtered(pulse_N);
+  EXPECT_LT(after_reversals(measurement, residual_N).error_reduction, 0.1);
+}
+
 TEST(AfterReversals, ABurstIsAnEventInTime) {
   const Log undisturbed = test::wandering_log(3, 2000.0, 60'000);
   Log disturbed = undisturbed;
@@ -182,7 +198,8 @@ TEST(LineAtRows, IsFoundInAShortLog) {
   EXPECT_GT(line.error_reduction, 0.5);
 }
 
-// Of a motion that repeats a harmonic may be what the model leaves of it; a line between two is none.
+// Of a motion that repeats the strongest of its harmonics may be what the model leaves of it; a line between
+// two, or one that stands alone (mains hum, whose period divides that of most motions), is none.
 TEST(LineAtRows, IsNoHarmonicOfAMotionThatRepeats) {
   constexpr double kPeriod_s = 2.0;
   const double fundamental = 2.0 * std::numbers::pi / kPeriod_s;
@@ -194,14 +211,19 @@ TEST(LineAtRows, IsNoHarmonicOfAMotionThatRepeats) {
       [](double) { return 0.0; });
   const Measurement measurement(log);
   const Eigen::ArrayXd times = row_times(measurement).array();
-  const auto line_of = [&](double harmonic) {
+  const auto line_of = [&](double harmonic, double beside) {
     Draw draw(8);
-    const Eigen::VectorXd residual_N = 0.05 * draw.matrix(measurement.row_count(), 1) +
-                                       (0.2 * (harmonic * fundamental * times).sin()).matrix();
+    const Eigen::ArrayXd phase = fundamental * times;
+    const Eigen::VectorXd residual_N =
+        0.05 * draw.matrix(measurement.row_count(), 1) +
+        (0.2 * (harmonic * phase).sin() + 0.2 * beside * ((harmonic - 2.0) * phase).sin() +
+         0.2 * beside * ((harmonic + 2.0) * phase).sin())
+            .matrix();
     return line_at_rows(measurement, residual_N).where;
   };
-  EXPECT_EQ(line_of(9.0), 0.0);
-  EXPECT_NEAR(line_of(9.4), 9.4 / kPeriod_s, 0.01);
+  EXPECT_EQ(line_of(9.0, 0.4), 0.0);
+  EXPECT_NEAR(line_of(9.0, 0.0), 9.0 / kPeriod_s, 0.01);
+  EXPECT_NEAR(line_of(9.4, 0.0), 9.4 / kPeriod_s, 0.01);
 }
 
 /// A log whose force is noise and `more`, and what is found above the band of the rows.
@@ -228,6 +250,18 @@ TEST(LineBeyondRows, IsFoundWithItsAmplitude) {
 }
 
 // A quarter of the log contains all frequencies, with more power than the line.
+// Also of a motion in whose period it fits exactly, as mains hum does.
+TEST(LineBeyondRows, HasItsFrequencyAndStandsOutOfTheHarmonicsOfTheMotion) {
+  Draw draw(5);
+  Log log = test::log_of(
+      2000.0, 60'000, [](double t) { return 0.05 * std::sin(std::numbers::pi * t); },
+      [&](double t) { return 0.1 * std::sin(2.0 * std::numbers::pi * 311.5 * t) + 0.05 * draw.normal(); });
+  const Measurement measurement(log);
+  const auto line = line_beyond_rows(measurement, std::vector<double>(log.force_N.size(), 0.0), 0.05);
+  ASSERT_TRUE(line.has_value());
+  EXPECT_NEAR(line->where, 311.5, 2e-4);
+}
+
 TEST(LineBeyondRows, IsFoundBesideMomentsOfHighEnergy) {
   Draw draw(8);
   const auto line = beyond([&](double t_s) {

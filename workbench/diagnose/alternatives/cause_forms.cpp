@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "firmware/effects/force_ripple.h"
+#include "firmware/effects/offset_force.h"
 #include "workbench/diagnose/alternatives/gap.h"
 #include "workbench/diagnose/alternatives/load_reversals.h"
 #include "workbench/estimate/terms/search_ranges.h"
@@ -205,7 +206,8 @@ class PitchBasis final : public EffectBasis {
 /// The description of a cause; its shapes are found by shapes_of_cause() and not searched, unless they have
 /// ranges as those of effects have.
 template <class Basis>
-EffectDescription cause(const char* id, std::vector<GainGroup> gains, std::vector<ShapeSpec> shapes) {
+EffectDescription cause(const char* id, std::vector<GainGroup> gains, std::vector<ShapeSpec> shapes,
+                        SpecialCase special_case = {}) {
   EffectDescription description;
   description.text = {.id = id,
                       .title = id,
@@ -219,6 +221,7 @@ EffectDescription cause(const char* id, std::vector<GainGroup> gains, std::vecto
   description.gain_groups = std::move(gains);
   description.shapes = std::move(shapes);
   description.traits.plannable = false;
+  description.traits.special_case = special_case;
   description.traits.per_log = std::is_same_v<Basis, LineBasis>;  // the phase differs from log to log
   description.make = [] { return std::make_unique<Basis>(); };
   return description;
@@ -255,7 +258,7 @@ const std::array<EffectDescription, 10>& all_causes() {
       cause<CurveBasis>(
           "force_over_time",
           {{"curve", "N", -kUnbounded, kUnbounded, kCurveIntervals + 1, Acts::force, /*smooth=*/true}},
-          {found("first", "s"), found("last", "s")}),
+          {found("first", "s"), found("last", "s")}, {.id = OffsetForce<double>::text.id}),
       cause<GapBasis>("gap_in_drive", {{"carriage", "kg", 0.0f, kUnbounded, 1, Acts::force}},
                       {found("gap", "m"), found("deceleration", "m/s2"), found("slip_distance", "m")}),
       cause<DeflectionBasis>("damped_deflection", {{"damping", "N s", 0.0f, kUnbounded, 1, Acts::force}},

@@ -18,13 +18,6 @@
 namespace slipstack::workbench {
 namespace {
 
-std::optional<std::vector<double>> frequency_of_line(const Measurement& measurement,
-                                                     const FittedModel& model) {
-  const Structure strongest = line_at_rows(measurement, weighted_residual(measurement, model));
-  if (!(strongest.where > 0.0)) return {};
-  return std::vector{strongest.where};
-}
-
 /// Sums over rows for a regression of a residual on columns.
 template <int kColumns>
 struct RegressionSums {
@@ -202,6 +195,19 @@ std::vector<double> best_of(const Measurement& measurement, const FittedModel& m
   return jointly_best_shapes(measurement, model, cause, starts, ranges, effort);
 }
 
+/// Of the strongest line in the residual, then of model and line jointly: what the model explains of a line
+/// is missing in its residual. Within a period over the log to either side there is no other minimum.
+std::optional<std::vector<double>> frequency_of_line(const Measurement& measurement, const FittedModel& model,
+                                                     const EffectDescription& cause) {
+  constexpr SearchEffort kToTheEnd{60, 1e-9};
+  const Structure strongest = line_at_rows(measurement, weighted_residual(measurement, model));
+  if (!(strongest.where > 0.0)) return {};
+  const double period_Hz = 1.0 / measurement.longest_log_s();
+  const ShapeRange range{0, std::max(0.5 * strongest.where, strongest.where - period_Hz),
+                         strongest.where + period_Hz, false, 0.1 * period_Hz};
+  return jointly_best_shapes(measurement, model, cause, {{strongest.where}}, {range}, kToTheEnd);
+}
+
 /// What decelerates the whole axis: its friction by its mass. 0 without either.
 double deceleration_of_axis_mps2(const FittedModel& model) {
   const Term* hysteresis = find_role(model.terms, Role::hysteresis);
@@ -288,7 +294,7 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
                                                    const SearchEffort& effort) {
   switch (form_of(cause)) {
     case CauseForm::line_in_time:
-      return frequency_of_line(measurement, model);
+      return frequency_of_line(measurement, model, cause);
     case CauseForm::change_at_a_time:
       return time_of_change(measurement, model);
     case CauseForm::load_from_a_time:

@@ -244,12 +244,19 @@ std::string after_reversals_text(const DescribedCause& cause) {
   Eigen::Index most = 0;
   force_N.cwiseAbs2().cwiseProduct(cause.measurement().fit_weights()).maxCoeff(&most);
   const double error_N = cause.errors({}, columns.row(most).transpose())(0);
+  // More than the whole force is one that other terms take back.
+  const double size_N = std::abs(force_N(most));
+  const bool determined =
+      size_N > 2.0 * error_N && size_N < cause.measurement().force_N().cwiseAbs().maxCoeff();
   return fmt::format(
-      "whenever the load of the drive changes its sign the {} differs for {}, by up to {} below {} (backlash "
-      "or a loose coupling; a filter of the {} or friction of another form looks alike)",
+      "whenever the load of the drive changes its sign the {} differs for {}{} (backlash or a loose "
+      "coupling; "
+      "a filter of the {} or friction of another form looks alike)",
       force_word(), quantity(term.shapes[0], "s"),
-      quantity_with_interval(std::abs(force_N(most)), 2.0 * error_N, "N"),
-      quantity(cause.measurement().bandwidth_Hz(), "Hz"), force_word());
+      determined ? fmt::format(", by up to {} below {}", quantity_with_interval(size_N, 2.0 * error_N, "N"),
+                               quantity(cause.measurement().bandwidth_Hz(), "Hz"))
+                 : "",
+      force_word());
 }
 
 /// Amplitude of two harmonics (rms times sqrt 2) with its standard error, behind that of the pitch.

@@ -35,6 +35,20 @@ std::vector<Eigen::Index> sign_changes(const Eigen::VectorXd& signal) {
   return rows;
 }
 
+/// The changes without those that the signal takes back within `pulse` rows: a disturbance that changes the
+/// sign of the force for a moment is no reversal of the load.
+std::vector<Eigen::Index> lasting(const std::vector<Eigen::Index>& changes, Eigen::Index pulse) {
+  std::vector<Eigen::Index> kept;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (i + 1 < changes.size() && changes[i + 1] - changes[i] <= pulse) {
+      ++i;
+    } else {
+      kept.push_back(changes[i]);
+    }
+  }
+  return kept;
+}
+
 /// One for each row from `smear` before a change to `length` after it, zero for others.
 Eigen::VectorXd rows_after(const std::vector<Eigen::Index>& changes, Eigen::Index smear, Eigen::Index length,
                            Eigen::Index rows) {
@@ -101,7 +115,8 @@ Structure after_reversals(const Measurement& measurement, const Eigen::VectorXd&
       {"acceleration", at_rows(measurement, measurement.acceleration_mps2())},
       {"force", measurement.force_N()}};
   for (const auto& [name, signal] : signals) {
-    const std::vector<Eigen::Index> changes = sign_changes(signal);
+    // Two periods of the bandwidth: a force that moves the axis there and back takes longer.
+    const std::vector<Eigen::Index> changes = lasting(sign_changes(signal), 4 * smear);
     const auto longest = static_cast<Eigen::Index>(longest_blow_s(measurement) / row_s);
     for (Eigen::Index length = 2 * smear; length <= longest; length *= 2) {
       const Eigen::VectorXd here = rows_after(changes, smear, length, residual_N.size());

@@ -119,10 +119,42 @@ Line with_intervals(const Eigen::VectorXd& times, const Halves& halves, const Ei
   return line;
 }
 
+/// The residual of one part, and its rate.
+struct Signal {
+  std::span<const double> values;
+  double rate_Hz = 0.0;
+};
+
+/// The power of a signal at a frequency, up to a factor.
+double power_at(const Signal& signal, double frequency_Hz) {
+  const std::complex<double> step = std::polar(1.0, -2.0 * std::numbers::pi * frequency_Hz / signal.rate_Hz);
+  std::complex<double> turn = 1.0, sum = 0.0;
+  for (const double value : signal.values) {
+    sum += value * turn;
+    turn *= step;
+  }
+  return std::norm(sum);
+}
+
+/// Whether a line has nearly all of the power that it has together with the harmonics of the motion beside
+/// it: what repeats with a motion has a series of harmonics, of which one does not stand out like mains hum.
+/// Of dry friction (1, 1/3, 1/5 ...) the third harmonic would have 0.7.
+bool stands_out(const Signal& signal, double frequency_Hz, double period_s) {
+  constexpr int kBeside = 4;
+  constexpr double kNearlyAll = 0.95;
+  const double own = power_at(signal, frequency_Hz);
+  double beside = 0.0;
+  for (int k = 1; k <= kBeside; ++k) {
+    beside += power_at(signal, frequency_Hz - k / period_s) + power_at(signal, frequency_Hz + k / period_s);
+  }
+  return own > kNearlyAll * (own + beside);
+}
+
 /// Whether the line is a harmonic of a motion that repeats, so that it need not be there whatever the motion.
 /// As far as its frequency is known, and within the resolution of the log where harmonics are so far
-/// apart that few lines are there by chance.
-bool is_harmonic_of_motion(const Measurement& measurement, const LogPart& part, const Line& line) {
+/// apart that few lines are there by chance; and it does not stand out of the harmonics beside it.
+bool is_harmonic_of_motion(const Measurement& measurement, const LogPart& part, const Line& line,
+                           const Signal& residual_N) {
   constexpr double kByChance = 0.25;  // at most; chosen
   const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
   const double period_s =
@@ -132,7 +164,8 @@ bool is_harmonic_of_motion(const Measurement& measurement, const LogPart& part, 
   const double turns = line.frequency_Hz * period_s;
   const double off_Hz = std::abs(turns - std::round(turns)) / period_s;
   for (const double within_Hz : {resolution_Hz, line.frequency_half_width_Hz}) {
-    if (off_Hz <= within_Hz && 2.0 * within_Hz * period_s <= kByChance) return true;
+    if (off_Hz <= within_Hz && 2.0 * within_Hz * period_s <= kByChance)
+      return !stands_out(residual_N, line.frequency_Hz, period_s);
   }
   return false;
 }
@@ -178,7 +211,9 @@ Structure line_within(const Measurement& measurement, const LogPart& strongest_i
   const Halves halves = alternating_blocks(measurement);
   const HeldOut judged = held_out(columns, residual_N, halves);
   const Line line = with_intervals(times, halves, columns, residual_N, frequency_Hz, judged.value);
-  if (is_harmonic_of_motion(measurement, strongest_in, line)) return no_line(residual_N);
+  const std::span<const double> rows{residual_N.data() + strongest_in.first_row, strongest_in.row_count};
+  if (is_harmonic_of_motion(measurement, strongest_in, line, {rows, measurement.row_rate_Hz()}))
+    return no_line(residual_N);
   return {Coordinate::frequency, judged.error_reduction, frequency_Hz, described(line), judged.explained};
 }
 
@@ -259,7 +294,8 @@ std::optional<Structure> line_beyond_rows(const Measurement& measurement, const 
     if (!in_force && line->amplitude_N < encoder_line_N(part, line->frequency_Hz)) continue;
     if (!is_there_at_every_speed(of_part(residual_N, part), of_part(measurement.velocity_mps(), part),
                                  line->frequency_Hz / measurement.sample_rate_Hz()) ||
-        is_harmonic_of_motion(measurement, part, {line->frequency_Hz, 2.0 * line->frequency_error_Hz})) {
+        is_harmonic_of_motion(measurement, part, {line->frequency_Hz, 2.0 * line->frequency_error_Hz},
+                              {of_part(residual_N, part), measurement.sample_rate_Hz()})) {
       continue;
     }
     best = line;

@@ -101,6 +101,19 @@ Steadiness steadiest(const Intervals& intervals, std::size_t k, Eigen::FFT<doubl
   return at_phase(intervals, k, turns < 0.5 ? turns : turns - 1.0);
 }
 
+/// The phase of largest R between those that were tried, from the nearest one.
+Steadiness refined(const Intervals& intervals, std::size_t k, Steadiness nearest) {
+  constexpr double kResolved = 1e-3;  // of the distance of the phases that were tried
+  const double tried = 1.0 / static_cast<double>(phases(intervals));
+  for (double step = 0.5 * tried; step > kResolved * tried; step *= 0.5) {
+    for (const double beside : {-step, step}) {
+      const Steadiness other = at_phase(intervals, k, nearest.turns + beside);
+      if (other.share > nearest.share) nearest = other;
+    }
+  }
+  return nearest;
+}
+
 /// The line of bin k with this phase: values and standard errors from the scatter between the intervals.
 SteadyLine line_of(const Intervals& intervals, std::size_t k, const Steadiness& steady) {
   const auto count = static_cast<double>(intervals.count());
@@ -151,8 +164,8 @@ std::optional<SteadyLine> steady_line(std::span<const double> signal, const Stea
                : bins[static_cast<std::size_t>(at)].energy;
   };
   if (best->energy + beside(-1) + beside(1) < kMajority * steady_energy) return {};
-  SteadyLine line =
-      line_of(intervals, intervals.first() + static_cast<std::size_t>(best - bins.begin()), *best);
+  const std::size_t bin = intervals.first() + static_cast<std::size_t>(best - bins.begin());
+  SteadyLine line = line_of(intervals, bin, refined(intervals, bin, *best));
   line.chance = best->chance(intervals.count());
   return line;
 }

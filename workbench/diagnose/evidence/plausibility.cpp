@@ -7,6 +7,7 @@
 
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
+#include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/implausible_causes.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -48,6 +49,24 @@ bool ends_at_a_bound(const FittedModel& model, const Term& term) {
   return false;
 }
 
+/// Whether the search of a pitch, of a drag's exponent or of a delay ended at an end of its range: it does
+/// not repeat within the travel, grows in another way, or is no delay, and the bound determined it. Other
+/// shapes have a meaning at an end: a memory without end in time or in distance, a friction that changes with
+/// the sign of the velocity at once.
+bool shape_ended_at_bound(const Measurement& measurement, const Term& term) {
+  const auto ended = [&](const std::vector<ShapeRange>& ranges) {
+    return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
+      const double value = term.shapes[range.index];
+      const ShapeKind kind = term.effect->shapes[range.index].kind;
+      return ((kind == ShapeKind::pitch && !is_one_turn(value)) || kind == ShapeKind::nominal_exponent ||
+              kind == ShapeKind::delay) &&
+             is_at_bound(range, value);
+    });
+  };
+  return ended(searched_shapes(measurement, *term.effect)) ||
+         ended(nominal_shapes(measurement, *term.effect));
+}
+
 /// Whether the term is a mode beyond the frequencies that the log can show: the search ended at one of them.
 /// Far below its frequency a mode cannot be told from a payload or a delay, far above it from a stiffness.
 bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
@@ -65,17 +84,31 @@ bool is_mode_without_decay(const Measurement& measurement, const Term& term) {
   return rate_per_s * measurement.longest_log_s() < 1.0;
 }
 
+/// Whether most of what swings in the mode is one line of constant phase throughout the log: the axis
+/// trembles under a force in time, and a lightly damped mode amplifies that. A mode that moves excite anew
+/// loses its phase from one to the next.
+bool is_line_in_time(const Measurement& measurement, const FittedModel& model, std::size_t index) {
+  if (model.linearisation == nullptr || !model.terms[index].effect->has_role(Role::resonance)) return false;
+  Eigen::VectorXd swings_N = force_of(model, index);
+  const Eigen::VectorXd acceleration_mps2 = at_rows(measurement, measurement.acceleration_mps2());
+  swings_N -= swings_N.dot(acceleration_mps2) / std::max(acceleration_mps2.squaredNorm(), 1e-300) *
+              acceleration_mps2;  // what moves with the axis
+  return squared(1.0 - line_at_rows(measurement, swings_N).error_reduction) < kMajority;
+}
+
 /// The measured force (rms) that a model was fitted to; 0 where it leaves nothing.
 double measured_N(const FittedModel& model) {
   return model.relative_error > 0.0 ? model.train_rmse_N / model.relative_error : 0.0;
 }
 
-/// Whether a new term of `model` is none, by `is_none`.
+/// Whether a new term of `model` is none, by `is_none`, which is also given its index.
 template <class IsNone>
 bool any_new(const FittedModel& model, const FittedModel& baseline, IsNone&& is_none) {
-  return std::any_of(model.terms.begin(), model.terms.end(), [&](const Term& term) {
-    return !contains(baseline.terms, term.effect->text.id) && is_none(term);
-  });
+  for (std::size_t index = 0; index < model.terms.size(); ++index) {
+    const Term& term = model.terms[index];
+    if (!contains(baseline.terms, term.effect->text.id) && is_none(term, index)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -211,14 +244,21 @@ bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& 
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model) {
   return (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
-         any_new(model, baseline, [&](const Term& term) {
-           return is_mode_beyond_band(measurement, term) || is_mode_without_decay(measurement, term);
+         any_new(model, baseline, [&](const Term& term, std::size_t index) {
+           return is_mode_beyond_band(measurement, term) || is_mode_without_decay(measurement, term) ||
+                  is_line_in_time(measurement, model, index);
          });
+}
+
+bool has_shape_at_bound(const Measurement& measurement, const FittedModel& baseline,
+                        const FittedModel& model) {
+  return any_new(model, baseline,
+                 [&](const Term& term, std::size_t) { return shape_ended_at_bound(measurement, term); });
 }
 
 bool has_implausible_lag(const Measurement& measurement, const FittedModel& baseline,
                          const FittedModel& model) {
-  return any_new(model, baseline, [&](const Term& term) {
+  return any_new(model, baseline, [&](const Term& term, std::size_t) {
     return term.effect->has_role(Role::friction_memory) &&
            (ends_at_a_bound(model, term) || lag_is_bristle_deflection(model) || lag_is_immediate(model) ||
             lag_is_change_over_time(measurement, model));
@@ -229,11 +269,12 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
   const bool has_new_coulomb = has_role(model.terms, Role::saturating_friction) &&
                                !has_role(baseline.terms, Role::saturating_friction);
   return any_new(model, baseline,
-                 [&](const Term& term) {
+                 [&](const Term& term, std::size_t) {
                    return ends_at_a_bound(model, term) ||
                           is_doubtfully_negative(measurement, baseline, model, term);
                  }) ||
          changes_friction_too_much(measurement, baseline, model) ||
+         has_shape_at_bound(measurement, baseline, model) ||
          has_implausible_mode(measurement, baseline, model) || has_no_true_gap(model) ||
          has_no_true_friction_ripple(measurement, model) || has_one_ripple_twice(measurement, model.terms) ||
          has_implausible_lag(measurement, baseline, model) ||

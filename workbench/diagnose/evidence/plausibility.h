@@ -75,10 +75,15 @@ bool is_too_small(const Measurement& measurement, const FittedModel& baseline, c
                   const Terms& after, double step_N2);
 
 /// Whether `model` has a mode that the baseline does not have and that is none: by its damping or its mass
-/// (has_no_true_mode()), because the search of its frequency ended at the band, or because it does not decay
-/// within the log.
+/// (has_no_true_mode()), because the search of its frequency ended at the band, because it does not decay
+/// within the log, or because it is a line of one phase throughout. Cost: some spectra of the rows.
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model);
+
+/// Whether `model` has an effect, that the baseline does not have, with a pitch, an exponent or a delay at an
+/// end of the range within which it was searched.
+bool has_shape_at_bound(const Measurement& measurement, const FittedModel& baseline,
+                        const FittedModel& model);
 
 /// Whether `model` has a frictional lag that the baseline does not have and that is none: with a gain at a
 /// bound, of a bristle, or a change over time.
@@ -86,11 +91,11 @@ bool has_implausible_lag(const Measurement& measurement, const FittedModel& base
                          const FittedModel& model);
 
 /// Whether `model` has an effect that the baseline does not have and that is none: one with a gain at a bound
-/// other than zero (the bound determined it, not the log), one that makes dry friction anywhere in the log
-/// more than four times as large or as small, a mode that does not ring or lies above the band, a lag of
-/// bristles, Coulomb friction of the hysteresis, a gap in the drive with less than half of the friction
-/// behind it, or a ripple that does not repeat along the rail (repeats.h). Cost: one evaluation of each
-/// effect that modulates friction.
+/// other than zero, or a pitch, exponent or delay at one (the bound determined it, not the log), one that
+/// makes dry friction anywhere in the log more than four times as large or as small, a mode that does not
+/// ring or lies above the band, a lag of bristles, Coulomb friction of the hysteresis, a gap in the drive
+/// with less than half of the friction behind it, or a ripple that does not repeat along the rail
+/// (repeats.h). Cost: one evaluation of each effect that modulates friction.
 bool is_implausible(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model);
 
 }  // namespace slipstack::workbench

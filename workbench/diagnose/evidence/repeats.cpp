@@ -44,15 +44,6 @@ void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eig
   finish();
 }
 
-/// The force of one term of the model at the rows.
-Eigen::VectorXd force_of(const FittedModel& model, std::size_t index) {
-  Eigen::Index first = 0;
-  for (std::size_t i = 0; i < index; ++i) first += std::ssize(model.terms[i].gains);
-  const auto& gains = model.terms[index].gains;
-  const Eigen::Map<const Eigen::VectorXd> values(gains.data(), std::ssize(gains));
-  return model.linearisation->columns().middleCols(first, values.size()) * values;
-}
-
 /// The least share of `claimed_N` that traverses support when any one pitch of the rail is excluded: a force
 /// at one place can be fitted by a ripple too, but does not recur one pitch further.
 double share_beside_any_place(const Measurement& measurement, const Eigen::VectorXd& claimed_N,
@@ -71,6 +62,14 @@ double share_beside_any_place(const Measurement& measurement, const Eigen::Vecto
 }
 
 }  // namespace
+
+Eigen::VectorXd force_of(const FittedModel& model, std::size_t index) {
+  Eigen::Index first = 0;
+  for (std::size_t i = 0; i < index; ++i) first += std::ssize(model.terms[i].gains);
+  const auto& gains = model.terms[index].gains;
+  const Eigen::Map<const Eigen::VectorXd> values(gains.data(), std::ssize(gains));
+  return model.linearisation->columns().middleCols(first, values.size()) * values;
+}
 
 Eigen::VectorXd distance_in_traverses(const Measurement& measurement, double length_m) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());

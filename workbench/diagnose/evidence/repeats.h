@@ -8,6 +8,9 @@
 
 namespace slipstack::workbench {
 
+/// The force of term `index` of the model at the rows.
+Eigen::VectorXd force_of(const FittedModel& model, std::size_t index);
+
 /// For each row that belongs to a traverse of at least `length_m`: the distance from the row before, m; zero
 /// for other rows. A traverse ends where the axis has moved back by `length_m`, and at the end of
 /// a log. Rows whose filter reaches samples that repair() left out are zero.

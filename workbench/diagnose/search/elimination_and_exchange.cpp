@@ -14,6 +14,7 @@
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/forward_selection.h"
 #include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/friction_each_way.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 
 namespace slipstack::workbench {
@@ -74,16 +75,22 @@ Explanation without_effect(const SelectionContext& context, const Explanation& e
   return {with_causes_found_again(context.measurement, std::move(model)), std::move(added)};
 }
 
-/// Whether a mode, lag or second ripple was dropped that refined shapes have made implausible; its id is
-/// appended to `implausible`.
+/// Whether a mode, a lag, a second ripple or an effect with a shape at a bound was dropped that refined
+/// shapes have made implausible; its id is appended to `implausible`.
 bool drop_implausible(const SelectionContext& context, Explanation& explanation,
                       std::vector<std::string>& implausible) {
   const bool no_mode = has_implausible_mode(context.measurement, context.baseline, explanation.model);
   const bool no_lag = has_implausible_lag(context.measurement, context.baseline, explanation.model);
+  const bool at_bound = has_shape_at_bound(context.measurement, context.baseline, explanation.model);
   const bool twice = has_one_ripple_twice(context.measurement, explanation.model.terms);
   for (std::size_t i = 0; i < explanation.added.size(); ++i) {
     const Terms rest = without(explanation.model.terms, explanation.added[i]);
-    if ((twice && find_cause(rest, CauseForm::second_ripple) == nullptr) ||
+    const auto is_at_bound = [&] {
+      FittedModel alone = context.baseline;
+      alone.terms.push_back(*find_term(explanation.model.terms, explanation.added[i]));
+      return has_shape_at_bound(context.measurement, context.baseline, alone);
+    };
+    if ((at_bound && is_at_bound()) || (twice && find_cause(rest, CauseForm::second_ripple) == nullptr) ||
         (no_mode && !has_role(rest, Role::resonance)) || (no_lag && !has_role(rest, Role::friction_memory))) {
       implausible.push_back(explanation.added[i]);
       explanation = without_effect(context, explanation, i);
@@ -107,14 +114,25 @@ bool drop_no_step(const SelectionContext& context, Explanation& explanation) {
   return true;
 }
 
-/// Whether the one gain of the term is within two standard errors of zero. Of several gains each may be,
-/// where together they are not.
-bool is_undetermined(const Term& term) {
-  if (term.gains_per_set() != 1) return false;
+/// Whether a value is within two standard errors of zero.
+bool contains_zero(double value, double standard_error) {
+  return std::abs(value) <= 2.0 * standard_error;
+}
+
+/// Whether the log determines nothing of the term: its one gain is within two standard errors of zero; or
+/// each of several is, and a shape is anything, its standard error above its value. Of several gains each may
+/// be within two where together they are not. What a map or the friction each way is, no single gain tells.
+bool is_undetermined(const Terms& model, const Term& term) {
+  if (term.gains.empty() || term.effect->has_shape(ShapeKind::travel) || directional_term(model) == &term)
+    return false;
   for (std::size_t i = 0; i < term.gains.size(); ++i) {
-    if (std::abs(term.gains[i]) > 2.0 * term.gain_standard_error(i)) return false;
+    if (!contains_zero(term.gains[i], term.gain_standard_error(i))) return false;
   }
-  return true;
+  if (term.gains_per_set() == 1) return true;
+  for (std::size_t i = 0; i < term.shapes.size(); ++i) {
+    if (term.shape_standard_error(i) > std::abs(term.shapes[i])) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -133,9 +151,9 @@ std::vector<std::string> drop_undetermined(const SelectionContext& context, Expl
   std::vector<std::string> dropped;
   while (explanation.added.size() > 1) {
     const FittedModel known = with_standard_errors(context.measurement, explanation.model);
-    const auto effect =
-        std::find_if(explanation.added.begin(), explanation.added.end(),
-                     [&](const std::string& id) { return is_undetermined(*find_term(known.terms, id)); });
+    const auto effect = std::find_if(
+        explanation.added.begin(), explanation.added.end(),
+        [&](const std::string& id) { return is_undetermined(known.terms, *find_term(known.terms, id)); });
     if (effect == explanation.added.end()) break;
     dropped.push_back(*effect);
     explanation =
