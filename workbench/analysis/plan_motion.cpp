@@ -18,6 +18,16 @@ namespace {
 
 constexpr double kShortestPlan_s = 5.0;
 constexpr double kLongestPlan_s = 3600.0;
+/// Where no duration is asked for: of a plan, and of one that is repeated to show more than the log.
+constexpr double kPlan_s = 60.0;
+constexpr double kLogsToShowMore = 2.0;
+
+/// How long a motion may be repeated.
+double longest_repeated_s(const PlanRequest& request, const KnownAxis& known) {
+  if (request.seconds) return *request.seconds;
+  const double log_s = known.measurement ? known.measurement->duration_s() : 0.0;
+  return std::clamp(kLogsToShowMore * log_s, kPlan_s, kLongestPlan_s);
+}
 
 /// Throws InputError for a plan that would show less than what is known already.
 void refuse_less_than_known(const Plan& plan) {
@@ -42,7 +52,8 @@ void check_plan(const PlanRequest& request) {
       throw UsageError(fmt::format("--for: no experiment can be planned for {}; name another effect", id));
     }
   }
-  if (!(request.seconds >= kShortestPlan_s && request.seconds <= kLongestPlan_s)) {
+  const double seconds = request.seconds.value_or(kPlan_s);
+  if (!(seconds >= kShortestPlan_s && seconds <= kLongestPlan_s)) {
     throw UsageError(fmt::format("--seconds: must be between {} and {}", kShortestPlan_s, kLongestPlan_s));
   }
   if (!(request.rate_Hz >= 200.0 && request.rate_Hz <= 20000.0)) {
@@ -62,9 +73,10 @@ ExperimentResult plan_motion(const PlanRequest& request, Progress& progress) {
   const Plan plan = plan_experiment(
       known.knowledge,
       {.limits = limits,
-       .seconds = request.seconds,
+       .seconds = request.seconds.value_or(kPlan_s),
        .in_hand = [&](const Terms& effects) { return known.evidence_in_hand(effects); },
-       .progress = [&](const std::string& stage, double fraction) { progress.show(stage, fraction); }});
+       .progress = [&](const std::string& stage, double fraction) { progress.show(stage, fraction); },
+       .repeated_s = longest_repeated_s(request, known)});
   refuse_less_than_known(plan);
   return plan_result(request, known, limits, plan);
 }

@@ -40,7 +40,8 @@ void define_plan(CLI::App& experiment, const std::string& command_line) {
   add_word(*command, "--limits", wanted->request.limits, "K=V,..",
            "stroke=low:high,velocity=,acceleration=,jerk=,force=,current= in SI units (default: each as in "
            "the log)");
-  command->add_option("--seconds", wanted->request.seconds, "the motion may last")->capture_default_str();
+  command->add_option("--seconds", wanted->request.seconds,
+                      "the motion may last (default: 60; where the log shows more, up to twice the log)");
   command->add_option("--rate", wanted->request.rate_Hz, "set points per second")->capture_default_str();
   add_word(*command, "--out", wanted->outputs.out, "FILE", "set-point file to write, CSV")->required();
   add_experiment_outputs(*command, wanted->outputs);

@@ -22,7 +22,7 @@ struct PlanRequest {
   std::string baseline;
   std::string limits;
   std::vector<std::string> user_effects;
-  double seconds = 60.0;
+  std::optional<double> seconds;  ///< how long the motion may last; default: as long as the log needs
   double rate_Hz = 1000.0;
   LogsInMemory in_memory;  ///< those of `logs` that are no files
 };

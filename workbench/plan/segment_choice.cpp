@@ -120,10 +120,11 @@ class Planner {
     report("choose", 0.7);
     const std::vector<const MotionSegment*> chosen = choose();
     report("evaluate the plan", 0.8);
-    Plan plan = evaluated(chosen);
+    Plan plan = evaluated(chosen, options_.seconds);
     if (!options_.in_hand) return plan;
     const std::vector<ExpectedEvidence> in_hand = options_.in_hand(effects_);
-    if (const int times = repetitions(plan, in_hand); times > 1) plan = evaluated(repeated(chosen, times));
+    if (const int times = repetitions(plan, in_hand); times > 1)
+      plan = evaluated(repeated(chosen, times), repeated_s());
     plan.in_hand = in_hand;
     return plan;
   }
@@ -249,9 +250,11 @@ class Planner {
     constexpr double kSurely = 1.1;
     const std::optional<LeastEvidence> least = least_evidence(in_hand, plan.expected);
     if (!least || least->plan <= 0.0 || least->plan >= least->log) return 1;
-    const double fit = std::max(1.0, options_.seconds / plan.motion.duration_s());
+    const double fit = std::max(1.0, repeated_s() / plan.motion.duration_s());
     return static_cast<int>(std::ceil(std::min(kSurely * least->log / least->plan, fit)));
   }
+
+  double repeated_s() const { return std::max(options_.seconds, options_.repeated_s); }
 
   static std::vector<const MotionSegment*> repeated(const std::vector<const MotionSegment*>& once,
                                                     int times) {
@@ -260,10 +263,10 @@ class Planner {
     return all;
   }
 
-  Plan evaluated(std::vector<const MotionSegment*> chosen) const {
+  Plan evaluated(std::vector<const MotionSegment*> chosen, double longest_s) const {
     // The time of the moves between segments was only estimated; segments are dropped until the motion fits.
     Sequence sequence = in_sequence(chosen, options_.limits, knowledge_.model, knowledge_.rate_Hz);
-    while (sequence.motion.duration_s() > options_.seconds && chosen.size() > 1) {
+    while (sequence.motion.duration_s() > longest_s && chosen.size() > 1) {
       chosen.pop_back();
       sequence = in_sequence(chosen, options_.limits, knowledge_.model, knowledge_.rate_Hz);
     }

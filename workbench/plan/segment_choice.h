@@ -25,6 +25,8 @@ struct PlanOptions {
   /// The evidence for effects, as they are expected, that is in hand already; may be empty.
   std::function<std::vector<ExpectedEvidence>(const Terms& effects)> in_hand;
   std::function<void(const std::string& stage, double fraction)> progress;
+  /// Longest duration of a motion that is repeated to show more than what is in hand, where that is longer.
+  double repeated_s = 0.0;
 };
 
 struct Plan {
@@ -40,7 +42,7 @@ struct Plan {
 /// segment (segments.h) is simulated with the model and conditioned like a log, and its information about
 /// every pair of effects is computed. Then segments are chosen greedily, by their gain of information per
 /// time, until the time is used up or the gain becomes negligible. Where that is less than what is in hand,
-/// the motion is repeated until it is more, within the time. Deterministic. Cost: a few seconds.
+/// the motion is repeated until it is more, within the time for that. Deterministic. Cost: a few seconds.
 ///
 /// Throws std::invalid_argument where no segment satisfies the limits.
 Plan plan_experiment(const Knowledge& knowledge, const PlanOptions& options);

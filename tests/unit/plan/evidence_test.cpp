@@ -57,7 +57,7 @@ Promise promised_and_found(sim::EffectId effect, std::uint64_t seed) {
   const KnownAxis known = known_axis(request, {id}, progress);
   const Plan plan =
       plan_experiment(known.knowledge, {.limits = limits_of_axis({}, known.reached, std::nullopt),
-                                        .seconds = request.seconds,
+                                        .seconds = 30.0,
                                         .in_hand = {},
                                         .progress = {}});
   sim::MotionProgramme planned;

@@ -94,6 +94,8 @@ TEST(Plan, IsRepeatedUntilItShowsMoreThanWhatIsInHand) {
   EXPECT_EQ(more.in_hand.size(), once.expected.size());
   options.seconds = 1.5 * once.motion.duration_s();
   EXPECT_LE(plan_experiment(knowledge, options).motion.duration_s(), options.seconds);
+  options.repeated_s = 60.0;
+  EXPECT_EQ(plan_experiment(knowledge, options).motion.position_m, more.motion.position_m);
 }
 
 TEST(Plan, ExcludesSegmentsThatExceedTheForce) {
