@@ -4,6 +4,7 @@
 import os
 import pathlib
 import re
+import shlex
 import unittest
 
 import program
@@ -179,6 +180,7 @@ class Contradictions(program.Workshop):
                 self.assertLess(after["criterion_difference"], 0.0, after["effect"])
                 self.assertNotIn("at its bound", after["evidence"])
                 self.assertNotIn("at their bound", after["evidence"])
+                self.assertNotRegex(after["evidence"], "(pitch|exponent|delay) is at an end of its search")
             floor = next(value for key, value in found.items() if key.startswith("noise_floor_"))
             self.assertGreater(error(steps[-1]), floor / UNCERTAIN)
             # Every value of a sentence has its interval, and nothing at a bound is told of a step.
@@ -216,6 +218,17 @@ class Contradictions(program.Workshop):
             effects = ["--effects", hidden] if hidden else []
             program.simulate(log, *effects, "--seconds", "15", "--rate", "1000", seed=seed)
             self.check(log)
+
+    def test_the_plan_that_is_printed_can_be_made(self):
+        for seed, hidden in enumerate(("viscous", "stribeck", "force_ripple", "structural_resonance"), start=61):
+            log = pathlib.Path(self.here, f"axis_{seed}.csv")
+            program.simulate(log, "--effects", hidden, "--seconds", "40", "--rate", "1000", seed=seed)
+            text, _ = self.diagnose(log)
+            printed = re.search(r"^  slipstack (experiment plan .*)$", text, re.MULTILINE)
+            self.assertIsNotNone(printed, text)
+            done = program.run(*shlex.split(printed[1]), cwd=self.here)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            pathlib.Path(self.here, "setpoints.csv").unlink()
 
     def test_what_no_free_curve_describes(self):
         # A memory times a map, and a delay: what curves leave of them is not the noise floor.

@@ -88,6 +88,14 @@ std::string beyond_floor(const json& result) {
                      share(left_N / force_N), force_word());
 }
 
+/// The effects of the steps from `first` on, separated by commas; empty where there is none.
+std::string names_of_steps(const json& steps, std::size_t first, const EffectName& name) {
+  std::string names;
+  for (std::size_t i = first; i < steps.size(); ++i)
+    names += (i > first ? ", " : "") + name(steps[i]["effect"].get<std::string>());
+  return names;
+}
+
 }  // namespace
 
 Headline headline_of(const json& result, const EffectName& name) {
@@ -103,9 +111,16 @@ Headline headline_of(const json& result, const EffectName& name) {
                 beyond_floor(result)};
   }
   if (result["verdict"] == name_of(Verdict::unexplained)) {
+    const std::string named = names_of_steps(result["steps"], 1, name);
+    std::string detail = "No effect of the catalogue accounts for it";
+    if (!named.empty()) {
+      detail +=
+          fmt::format(" all: with {} the held-out error is {}, but", named, error(result["steps"].back()));
+      return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),
+              detail + (left.empty() ? " more is left." : " " + left)};
+    }
     return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),
-            left.empty() ? "No effect of the catalogue accounts for it."
-                         : "No effect of the catalogue accounts for it; " + left};
+            left.empty() ? detail + "." : detail + "; " + left};
   }
   const json& first = result["candidates"].front();
   Headline headline{
@@ -117,11 +132,8 @@ Headline headline_of(const json& result, const EffectName& name) {
   const json& why = steps.size() > 2 ? steps[1]["evidence"] : first["evidence"];
   headline.detail = "Why: " + why.get<std::string>() + ".";
   if (steps.size() > 2) {
-    headline.detail += " Not alone: with ";
-    for (std::size_t i = 2; i < steps.size(); ++i) {
-      headline.detail += (i > 2 ? ", " : "") + name(steps[i]["effect"].get<std::string>());
-    }
-    headline.detail += fmt::format(" the error falls to {}.", error(steps.back()));
+    headline.detail += fmt::format(" Not alone: with {} the error falls to {}.",
+                                   names_of_steps(steps, 2, name), error(steps.back()));
   }
   if (!left.empty()) headline.detail += " Still open: " + left;
   headline.detail += better_alone(result, name);

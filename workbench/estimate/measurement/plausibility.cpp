@@ -33,11 +33,12 @@ constexpr double kUnsignedBetter = 0.9;
 /// Rated speeds of rolling guideways end at 10 m/s, those of air bearings and plain guideways below.
 constexpr double kFastestGuideway_mps = 20.0;
 
-/// The force as inertia, viscous and Coulomb friction, a spring and a constant: the declared mass times
-/// acceleration (or the acceleration, where none is declared), v, sign(v), x, 1.
-constexpr int kTerms = 5;
-constexpr Eigen::Index kLeastRows = 20;  ///< four for each term
-enum : int { kInertia, kViscous, kCoulomb, kSpring, kConstant };
+/// The force as inertia, viscous and Coulomb friction, a spring that may stiffen and a constant: the declared
+/// mass times acceleration (or the acceleration, where none is declared), v, sign(v), x, x^2, x^3, 1. In a
+/// motion to and fro what a straight spring leaves of a bent one is an inertia of either sign.
+constexpr int kTerms = 7;
+constexpr Eigen::Index kLeastRows = Eigen::Index{4} * kTerms;
+enum : int { kInertia, kViscous, kCoulomb, kSpring, kSquare, kCube, kConstant };
 using Vector = Eigen::Matrix<double, kTerms, 1>;
 using Matrix = Eigen::Matrix<double, kTerms, kTerms>;
 
@@ -92,6 +93,9 @@ struct MotionTerms {
     at_rows.col(kCoulomb) = measurement.filtered(direction);
     at_rows.col(kSpring) = measurement.filtered(measurement.position_m());
     at_rows.col(kSpring).array() -= at_rows.col(kSpring).mean();
+    at_rows.col(kSpring) /= std::max(at_rows.col(kSpring).cwiseAbs().maxCoeff(), 1e-300);
+    at_rows.col(kSquare) = at_rows.col(kSpring).cwiseAbs2();
+    at_rows.col(kCube) = at_rows.col(kSquare).cwiseProduct(at_rows.col(kSpring));
     at_rows.col(kConstant).setOnes();
   }
 };
