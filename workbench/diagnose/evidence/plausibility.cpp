@@ -101,6 +101,17 @@ double measured_N(const FittedModel& model) {
   return model.relative_error > 0.0 ? model.train_rmse_N / model.relative_error : 0.0;
 }
 
+/// Whether a payload that the baseline does not have takes more than the whole mass from the axis in one of
+/// the logs. A mass in a wrong unit is another mass, but none below zero.
+bool has_negative_mass(const FittedModel& model, const FittedModel& baseline) {
+  if (!has_role(model.terms, Role::added_mass) || has_role(baseline.terms, Role::added_mass)) return false;
+  const std::size_t logs = find_role(model.terms, Role::added_mass)->gain_sets();
+  for (std::size_t log = 0; log < logs; ++log) {
+    if (mass_kg(model.terms, log) < 0.0) return true;
+  }
+  return false;
+}
+
 /// Whether a new term of `model` is none, by `is_none`, which is also given its index.
 template <class IsNone>
 bool any_new(const FittedModel& model, const FittedModel& baseline, IsNone&& is_none) {
@@ -274,7 +285,7 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
                           is_doubtfully_negative(measurement, baseline, model, term);
                  }) ||
          changes_friction_too_much(measurement, baseline, model) ||
-         has_shape_at_bound(measurement, baseline, model) ||
+         has_negative_mass(model, baseline) || has_shape_at_bound(measurement, baseline, model) ||
          has_implausible_mode(measurement, baseline, model) || has_no_true_gap(model) ||
          has_no_true_friction_ripple(measurement, model) || has_one_ripple_twice(measurement, model.terms) ||
          has_implausible_lag(measurement, baseline, model) ||
