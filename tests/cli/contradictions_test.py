@@ -180,7 +180,7 @@ class Contradictions(program.Workshop):
                 self.assertLess(after["criterion_difference"], 0.0, after["effect"])
                 self.assertNotIn("at its bound", after["evidence"])
                 self.assertNotIn("at their bound", after["evidence"])
-                self.assertNotRegex(after["evidence"], "(pitch|exponent|delay) is at an end of its search")
+                self.assertNotRegex(after["evidence"], "(pitch|delay) is at an end of its search")
             floor = next(value for key, value in found.items() if key.startswith("noise_floor_"))
             self.assertGreater(error(steps[-1]), floor / UNCERTAIN)
             # Every value of a sentence has its interval, and nothing at a bound is told of a step.

@@ -356,9 +356,9 @@ TEST(IsImplausible, WithAModeThatIsALineInTime) {
 }
 
 // A pitch that wants to be longer than half the travel does not repeat; one turn of a rotary axis need not.
-TEST(IsImplausible, WithAPitchExponentOrDelayAtAnEndOfItsSearch) {
+TEST(IsImplausible, WithAPitchOrDelayAtAnEndOfItsSearch) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
-  for (const char* const id : {"force_ripple", "time_delay", "quadratic_drag"}) {
+  for (const char* const id : {"force_ripple", "time_delay"}) {
     Term term = make_term(measurement, *find_effect(id));
     const auto ranges = [&] {
       std::vector<ShapeRange> all = searched_shapes(measurement, *term.effect);

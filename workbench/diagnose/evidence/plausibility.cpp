@@ -58,8 +58,7 @@ bool shape_ended_at_bound(const Measurement& measurement, const Term& term) {
     return std::any_of(ranges.begin(), ranges.end(), [&](const ShapeRange& range) {
       const double value = term.shapes[range.index];
       const ShapeKind kind = term.effect->shapes[range.index].kind;
-      return ((kind == ShapeKind::pitch && !is_one_turn(value)) || kind == ShapeKind::nominal_exponent ||
-              kind == ShapeKind::delay) &&
+      return ((kind == ShapeKind::pitch && !is_one_turn(value)) || kind == ShapeKind::delay) &&
              is_at_bound(range, value);
     });
   };
@@ -284,8 +283,8 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
                    return ends_at_a_bound(model, term) ||
                           is_doubtfully_negative(measurement, baseline, model, term);
                  }) ||
-         changes_friction_too_much(measurement, baseline, model) ||
-         has_negative_mass(model, baseline) || has_shape_at_bound(measurement, baseline, model) ||
+         changes_friction_too_much(measurement, baseline, model) || has_negative_mass(model, baseline) ||
+         has_shape_at_bound(measurement, baseline, model) ||
          has_implausible_mode(measurement, baseline, model) || has_no_true_gap(model) ||
          has_no_true_friction_ripple(measurement, model) || has_one_ripple_twice(measurement, model.terms) ||
          has_implausible_lag(measurement, baseline, model) ||

@@ -80,7 +80,7 @@ bool is_too_small(const Measurement& measurement, const FittedModel& baseline, c
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model);
 
-/// Whether `model` has an effect, that the baseline does not have, with a pitch, an exponent or a delay at an
+/// Whether `model` has an effect, that the baseline does not have, with a pitch or a delay at an
 /// end of the range within which it was searched.
 bool has_shape_at_bound(const Measurement& measurement, const FittedModel& baseline,
                         const FittedModel& model);
@@ -91,7 +91,7 @@ bool has_implausible_lag(const Measurement& measurement, const FittedModel& base
                          const FittedModel& model);
 
 /// Whether `model` has an effect that the baseline does not have and that is none: one with a gain at a bound
-/// other than zero, or a pitch, exponent or delay at one (the bound determined it, not the log), one that
+/// other than zero, or a pitch or delay at one (the bound determined it, not the log), one that
 /// makes dry friction anywhere in the log more than four times as large or as small, a mode that does not
 /// ring or lies above the band, a lag of bristles, Coulomb friction of the hysteresis, a gap in the drive
 /// with less than half of the friction behind it, or a ripple that does not repeat along the rail
