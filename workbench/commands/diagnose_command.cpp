@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 
 #include "workbench/commands/inputs.h"
 #include "workbench/diagnose/baseline.h"
@@ -40,17 +39,15 @@ CommandResult execute_diagnose(const CommandOptions& options, Outputs& outputs, 
     progress.show(stage, fraction);
   };
   LogSearch logs(log_request(options), progress);
-  std::string baseline = options.effects;
   if (options.effects == kAutomatic) {
     progress.show("choose the baseline");
     wanted.baseline = chosen_baseline(logs.measurement());
-    baseline = fmt::format("{}", fmt::join(wanted.baseline, ","));
   }
   const Diagnosis diagnosis = logs.diagnose(wanted);
   const Measurement& measurement = logs.measurement();
 
   const DiagnosisRequest request{
-      options.command_line, log_names(options), {options.logs, options.model, baseline}, options.stepwise};
+      options.command_line, log_names(options), {options.logs, options.model}, options.stepwise};
   const DiagnosisResult result = diagnosis_result(request, measurement, diagnosis);
   if (!options.report.empty()) {
     progress.show("write the report");

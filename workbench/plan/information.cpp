@@ -22,7 +22,7 @@ std::vector<Eigen::Index> run(Eigen::Index first, Eigen::Index count) {
 
 std::vector<Information> Information::of(const Measurement& measurement, const FittedModel& base,
                                          const std::vector<Expected>& effects, const std::vector<int>& groups,
-                                         int group_count, double noise_N) {
+                                         int group_count, const ResidualScale& scatter) {
   Information layout;
   std::vector<Eigen::MatrixXd> parts;
   Eigen::Index next = 0;
@@ -49,6 +49,7 @@ std::vector<Information> Information::of(const Measurement& measurement, const F
     }
     layout.spanned_.push_back(std::move(spanned));
   }
+  const double unit_N = scatter.rms_N * std::sqrt(scatter.inflation);
   layout.gram_ = Eigen::MatrixXd::Zero(next, next);
   std::vector<Information> all(static_cast<std::size_t>(group_count), layout);
   // Rows of one group are consecutive: one product for each run.
@@ -61,12 +62,12 @@ std::vector<Information> Information::of(const Measurement& measurement, const F
       Eigen::MatrixXd block(end - first, next);
       Eigen::Index at = 0;
       for (const Eigen::MatrixXd& part : parts) {
-        block.middleCols(at, part.cols()) = part.middleRows(first, end - first) / noise_N;
+        block.middleCols(at, part.cols()) = part.middleRows(first, end - first) / unit_N;
         at += part.cols();
       }
       Information& own = all[static_cast<std::size_t>(group)];
       own.gram_ += block.transpose() * block;
-      own.rows_ += static_cast<double>(end - first);
+      own.rows_ += measurement.row_weights().segment(first, end - first).sum() / scatter.inflation;
     }
     first = end;
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/estimate/nonlinear/fit.h"
 
 namespace slipstack::workbench {
@@ -24,20 +25,21 @@ class Information {
   };
 
   /// The information of every group of rows of a measurement: rows with groups[row] == k contribute to the
-  /// k-th result, those with a negative group to none. `noise_N`: rms noise at the rows.
+  /// k-th result, those with a negative group to none. `scatter`: of the rows about a model of all that acts.
   static std::vector<Information> of(const Measurement& measurement, const FittedModel& base,
                                      const std::vector<Expected>& effects, const std::vector<int>& groups,
-                                     int group_count, double noise_N);
+                                     int group_count, const ResidualScale& scatter);
 
   void add(const Information& other);
   /// The information of `times` as many rows of the same kind.
   void repeat(double times);
 
   struct Figure {
-    /// Expected growth of chi squared without the effect, or with the other effect in its place.
+    /// Expected growth of chi squared of independent rows without the effect, or with the other effect in
+    /// its place.
     double chi_squared = 0.0;
     double angle_deg = 0.0;  ///< to the space spanned by the other effect; 90 without another
-    double rows = 0.0;
+    double rows = 0.0;       ///< number of independent rows
   };
   /// Of effect `i` against the baseline alone.
   Figure alone(std::size_t i) const;
@@ -48,7 +50,8 @@ class Information {
  private:
   double unexplained(std::size_t i, const std::vector<Eigen::Index>& known) const;
 
-  Eigen::MatrixXd gram_;                            ///< of all columns, over the noise's variance
+  Eigen::MatrixXd gram_;                            ///< of all columns, over the variance of the mean of rows
+                                                    ///< that are worth one
   std::vector<Eigen::Index> base_;                  ///< columns of the baseline
   std::vector<Eigen::Index> force_;                 ///< the force of each effect
   std::vector<std::vector<Eigen::Index>> spanned_;  ///< columns that each effect spans

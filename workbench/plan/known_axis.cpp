@@ -91,6 +91,7 @@ void know_by_logs(KnownAxis& known, const PlanRequest& request, const std::vecto
     for (const std::string& id : ids) {
       effects.push_back(try_effect(measurement, known.base, *find_effect(id), {}).term);
     }
+    knowledge.scatter = scatter_of(measurement, known.base, effects);
     knowledge.effects = averaged_over_logs(measurement, std::move(effects));
     logs.fit_to_whole({&known.base}, 0.0);
     known.reached = logs.reached();
@@ -128,7 +129,7 @@ KnownAxis known_axis(const PlanRequest& request, const std::vector<std::string>&
 
 std::vector<ExpectedEvidence> KnownAxis::evidence_in_hand(const Terms& effects) const {
   if (!measurement) return {};
-  return expected_evidence(*measurement, base, effects);
+  return expected_evidence(*measurement, base, effects, knowledge.scatter);
 }
 
 std::string assumed_text() {

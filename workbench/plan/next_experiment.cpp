@@ -25,9 +25,8 @@ std::string shell_quoted(const std::string& word) {
   return text + "'";
 }
 
-}  // namespace
-
-std::optional<NextExperiment> next_experiment(const Diagnosis& diagnosis) {
+/// What to find out next, without what stands beside it.
+std::optional<NextExperiment> question_of(const Diagnosis& diagnosis) {
   if (diagnosis.candidates.empty()) return {};
   const std::string first = diagnosis.candidates.front().term.id();
   // Pairs with the first candidate come before the others.
@@ -47,6 +46,19 @@ std::optional<NextExperiment> next_experiment(const Diagnosis& diagnosis) {
   }
   if (unobserved.empty()) return {};
   return NextExperiment{NextExperiment::Purpose::rule_out, std::move(unobserved)};
+}
+
+}  // namespace
+
+std::optional<NextExperiment> next_experiment(const Diagnosis& diagnosis) {
+  std::optional<NextExperiment> next = question_of(diagnosis);
+  if (!next) return next;
+  for (const Term& term : diagnosis.explained.terms) {
+    const std::string id = term.id();
+    if (std::find(next->effects.begin(), next->effects.end(), id) == next->effects.end())
+      next->beside.push_back(id);
+  }
+  return next;
 }
 
 std::string reason_text(const NextExperiment& next, const EffectName& name) {
@@ -70,9 +82,14 @@ std::string reason_text(const NextExperiment& next, const EffectName& name) {
 std::string plan_command(const NextExperiment& next, const PlanBasis& basis) {
   std::string text = "slipstack experiment plan --log";
   for (const std::string& log : basis.logs) text += fmt::format(" {}", shell_quoted(log));
-  if (!basis.model.empty()) text += " --model " + shell_quoted(basis.model);
-  if (!basis.baseline.empty()) text += " --effects " + basis.baseline;
-  for (const std::string& id : next.effects) {
+  std::vector<std::string> used = next.effects;
+  if (!basis.model.empty()) {
+    text += " --model " + shell_quoted(basis.model);
+  } else if (!next.beside.empty() && next.beside != default_baseline()) {
+    text += fmt::format(" --effects {}", fmt::join(next.beside, ","));
+    used.insert(used.end(), next.beside.begin(), next.beside.end());
+  }
+  for (const std::string& id : used) {
     const EffectDescription& effect = *find_effect(id);
     if (effect.is_user_defined()) text += " --effect " + shell_quoted(effect.definition);
   }

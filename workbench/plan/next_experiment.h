@@ -20,6 +20,7 @@ struct NextExperiment {
   Purpose purpose;
   std::vector<std::string> effects;  ///< ids; of `separate` two
   double angle_deg = 0.0;            ///< of `separate`: between the forces of the two
+  std::vector<std::string> beside = {};  ///< ids of the other effects of the model that explains the log
 };
 
 /// Separates a pair that this log cannot separate, one with the first candidate before the others; else
@@ -36,11 +37,11 @@ std::string reason_text(const NextExperiment& next, const EffectName& name);
 /// The logs and the baseline of the diagnosis, as they were typed.
 struct PlanBasis {
   std::vector<std::string> logs;
-  std::string model;     ///< file of the baseline; may be empty
-  std::string baseline;  ///< effects of the baseline, separated by commas; may be empty
+  std::string model;  ///< file of the baseline; may be empty
 };
 
-/// `slipstack experiment plan ...` as it is typed in a shell.
+/// `slipstack experiment plan ...` as it is typed in a shell: beside all that the log is explained by, since
+/// what a baseline leaves hides an effect; beside the model of a file as it is.
 std::string plan_command(const NextExperiment& next, const PlanBasis& basis);
 
 }  // namespace slipstack::workbench

@@ -181,7 +181,7 @@ class Planner {
     }
     information_ = Information::of(measurement, base, expected_effects(measurement, possible_),
                                    sequence.groups_of(measurement), static_cast<int>(all.size()),
-                                   measurement.noise_floor_N());
+                                   at_rows_of(measurement, knowledge_.scatter));
     for (const MotionSegment& segment : segments_) durations_s_.push_back(duration_s(segment) + kSettle_s);
     if (options_.limits.force_N > 0.0 && !options_.limits.force_of_log) exclude_strong(sequence);
   }
@@ -285,7 +285,7 @@ class Planner {
     const Measurement measurement = expected_measurement(knowledge_, plan.motion);
     const FittedModel base = fit_gains(measurement, knowledge_.model);
     plan.effects = effects_;
-    plan.expected = expected_evidence(measurement, base, effects_);
+    plan.expected = expected_evidence(measurement, base, effects_, knowledge_.scatter);
     plan.peak_force_N = peak_force_N(plan.motion);
     return plan;
   }

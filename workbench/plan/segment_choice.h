@@ -16,6 +16,7 @@ struct Knowledge {
   Terms effects;  ///< the effects to distinguish, as they are expected to be
   double encoder_resolution_m = 0.0;
   double force_noise_N = 0.0;  ///< white, per sample
+  ExpectedScatter scatter;     ///< about a model with all of these effects
   double rate_Hz = 1000.0;
 };
 

@@ -63,9 +63,9 @@ TEST(Information, OfPartsAddsUp) {
   const auto rows = measurement.row_samples().size();
   std::vector<int> halves(rows);
   for (std::size_t i = 0; i < rows; ++i) halves[i] = i < rows / 3 ? 0 : 1;
-  std::vector<Information> parts = Information::of(measurement, base, effects, halves, 2, 0.1);
+  std::vector<Information> parts = Information::of(measurement, base, effects, halves, 2, {0.1, 4.0});
   const std::vector<Information> whole =
-      Information::of(measurement, base, effects, std::vector<int>(rows, 0), 1, 0.1);
+      Information::of(measurement, base, effects, std::vector<int>(rows, 0), 1, {0.1, 4.0});
   const double alone = parts[0].alone(0).chi_squared;
   parts[0].add(parts[1]);
   EXPECT_GT(parts[0].alone(0).chi_squared, alone);

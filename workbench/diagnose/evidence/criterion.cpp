@@ -95,6 +95,10 @@ FreeUnknowns free_unknowns(const FittedModel& model) {
   return {model.equations->gram() + model.constraints.penalty, model.constraints.pairs, model.solution};
 }
 
+double effective_gains(const FittedModel& model) {
+  return free_unknowns(model).trace(model.equations->gram());
+}
+
 /// Sum of the squares s s' of the scores s = sum of X_i' w_i r_i over the rows i of each cluster.
 Eigen::MatrixXd clustered(const Eigen::MatrixXd& columns, const Eigen::VectorXd& weighted_N,
                           const std::vector<std::size_t>& cluster) {
@@ -126,21 +130,25 @@ Criterion::Criterion(const Measurement& measurement, const Terms& baseline, std:
       both_of_row_(repeats(measurement) ? pairs_of(interval_of_row_, state_of_row_)
                                         : std::vector<std::size_t>{}) {}
 
-Criterion::Choices Criterion::choices_of(const Terms& terms) const {
-  Choices choices;
+double Complexity::cost(double independent_rows) const {
+  return std::log(std::max(independent_rows, std::exp(1.0))) * parameters + 2.0 * ln_starts;
+}
+
+Complexity Criterion::choices_of(const Terms& terms) const {
+  Complexity choices;
   for (const Term& term : terms) {
     if (contains(baseline_, term.effect->text.id)) continue;
     choices.ln_starts += ln_choices_;
     if (is_outside_catalogue(*term.effect)) {
       // Its frequency, time or place was the best of as many as there are rows.
-      choices.shapes += static_cast<double>(term.shapes.size());
+      choices.parameters += static_cast<double>(term.shapes.size());
       choices.ln_starts += std::log(static_cast<double>(measurement_.row_count()));
       continue;
     }
     const auto pitch_m = term.shape(ShapeKind::pitch);
     if (pitch_m && is_one_turn(*pitch_m)) continue;  // known, not chosen
     for (const ShapeRange& range : searched_shapes(measurement_, *term.effect)) {
-      choices.shapes += 1.0;
+      choices.parameters += 1.0;
       choices.ln_starts += std::log(independent_values(measurement_, *term.effect, range));
     }
   }
@@ -163,27 +171,28 @@ double Criterion::inflation_of(const FittedModel& model, double count, double me
   return std::max(1.0, trace / (mean_square * count));
 }
 
+ResidualScale Criterion::residual_scale(const FittedModel& model) const {
+  const double square_N2 = std::max(mean_square(measurement_, model), 1e-300);
+  return {std::sqrt(square_N2), inflation_of(model, effective_gains(model), square_N2)};
+}
+
+Complexity Criterion::complexity_of(const FittedModel& model) const {
+  Complexity complexity = choices_of(model.terms);
+  complexity.parameters += effective_gains(model);
+  return complexity;
+}
+
 std::vector<double> Criterion::of(const std::vector<const FittedModel*>& models) const {
   std::vector<double> squares(models.size());
   parallel_for(models.size(),
                [&](std::size_t i) { squares[i] = std::max(mean_square(measurement_, *models[i]), 1e-300); });
   const auto best =
       static_cast<std::size_t>(std::min_element(squares.begin(), squares.end()) - squares.begin());
-  std::vector<double> counts;
-  counts.reserve(models.size());
-  for (const FittedModel* model : models) {
-    counts.push_back(free_unknowns(*model).trace(model->equations->gram()));
-  }
-  const double inflation = inflation_of(*models[best], counts[best], squares[best]);
-  const double weight = measurement_.fit_weights().sum();
-  const double independent = weight / inflation;
-  const double ln_rows = std::log(std::max(independent, std::exp(1.0)));
+  const double independent = measurement_.fit_weights().sum() / residual_scale(*models[best]).inflation;
   std::vector<double> criteria;
   criteria.reserve(models.size());
   for (std::size_t i = 0; i < models.size(); ++i) {
-    const Choices choices = choices_of(models[i]->terms);
-    criteria.push_back(independent * std::log(squares[i]) + ln_rows * (counts[i] + choices.shapes) +
-                       2.0 * choices.ln_starts);
+    criteria.push_back(independent * std::log(squares[i]) + complexity_of(*models[i]).cost(independent));
   }
   return criteria;
 }

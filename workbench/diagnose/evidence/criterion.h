@@ -17,6 +17,20 @@ inline bool is_supported(double difference) {
   return difference < -kBareMention;
 }
 
+/// How far, and how independently of each other, the rows of a log scatter about a model.
+struct ResidualScale {
+  double rms_N = 0.0;      ///< weighted, at the rows
+  double inflation = 1.0;  ///< how many rows are worth one independent row: f below
+};
+
+/// What a criterion charges a model for.
+struct Complexity {
+  double parameters = 0.0;  ///< effective number of gains, and searched shapes: p + s below
+  double ln_starts = 0.0;
+  /// ln(W / f) (p + s) + 2 ln(starts); `independent_rows`: W / f.
+  double cost(double independent_rows) const;
+};
+
 /// What the data say about models: the smaller, the better, whether or not one model contains the other.
 ///
 ///   criterion = W / f ln(mse) + ln(W / f) (p + s) + 2 ln(starts)
@@ -46,13 +60,14 @@ class Criterion {
   std::vector<double> of(const std::vector<const FittedModel*>& models) const;
   /// The criterion of `model` less that of `other`: negative where `model` is the better.
   double difference(const FittedModel& model, const FittedModel& other) const;
+  /// The scatter about a model, by which others of the same comparison are judged. Cost: rows x gains^2.
+  ResidualScale residual_scale(const FittedModel& model) const;
+  /// Gains at a bound do not count.
+  Complexity complexity_of(const FittedModel& model) const;
 
  private:
-  struct Choices {
-    double shapes = 0.0;
-    double ln_starts = 0.0;
-  };
-  Choices choices_of(const Terms& terms) const;
+  /// The searched shapes of the effects beside the baseline, and what they were chosen from.
+  Complexity choices_of(const Terms& terms) const;
   double inflation_of(const FittedModel& model, double count, double mean_square) const;
 
   const Measurement& measurement_;

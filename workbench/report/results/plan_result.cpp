@@ -102,8 +102,9 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
                   plan.motion.duration_s(), evidence, weakest->effect,
                   weakest->other.empty() ? std::string("beside the baseline") : "against " + weakest->other);
   result.detail =
-      "Evidence is the expected difference of BIC, without a unit, if the axis has the effect: above 10 it "
-      "is decisive, below 0 the other would be named. An effect that contains another can always imitate it.";
+      "Evidence is how much the effect is expected to lower the criterion of diagnose, without a unit, if "
+      "the axis has it: above 10 it is decisive, below 0 the other would be named. An effect that contains "
+      "another can always imitate it, with more parameters.";
   if (known.measurement) {
     result.detail +=
         " What the log did is what it has surely done, beyond noise and encoder steps; its force by the "
@@ -147,6 +148,14 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
                            false});
   if (request.logs.empty() && request.model.empty()) {
     result.notes.push_back(fmt::format("Assumed: {}; give --log or --model.", assumed_text()));
+  }
+  for (const ExpectedEvidence& one : plan.expected) {
+    if (one.other.empty() && one.evidence < kDecisive) {
+      result.notes.push_back(
+          fmt::format("This motion is not expected to decide on {} beside the baseline: evidence {:.3g}, less "
+                      "than {:g}. Allow more with --limits or --seconds.",
+                      one.effect, one.evidence, kDecisive));
+    }
   }
   result.file =
       to_csv(plan.motion, {"what: set points of slipstack experiment plan", "for: " + request.effects,

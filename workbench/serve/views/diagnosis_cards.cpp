@@ -68,7 +68,7 @@ json diagnosis_cards(LogSearch& logs, const std::string& model_path,
   std::string command = "slipstack diagnose";
   for (const std::string& path : logs.paths()) command += " " + path;
   command += " --stepwise --model " + model_path;
-  const DiagnosisRequest asked{command, joined(logs.paths()), {logs.paths(), model_path, ""}, true};
+  const DiagnosisRequest asked{command, joined(logs.paths()), {logs.paths(), model_path}, true};
   DiagnosisResult result = diagnosis_result(asked, measurement, diagnosis);
   json cards = std::move(result.json);
   for (std::size_t i = 0; i < diagnosis.candidates.size(); ++i) {
