@@ -16,6 +16,7 @@
 #include "workbench/diagnose/alternatives/confounders.h"
 #include "workbench/diagnose/alternatives/impacts.h"
 #include "workbench/diagnose/alternatives/lost_counts.h"
+#include "workbench/diagnose/alternatives/ringing.h"
 #include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
@@ -45,19 +46,28 @@ bool above_floor(const Measurement& measurement, const Diagnosis& diagnosis) {
   return is_above_floor(measurement, diagnosis.explained);
 }
 
-/// The structure to report: the strongest, or a line above the bandwidth of the rows if that explains more;
+/// A line above the bandwidth of the rows, or else what rings there, if it is worth being told.
+std::optional<Structure> above_bandwidth(const Measurement& measurement, const Diagnosis& diagnosis) {
+  const FittedModel& last = diagnosis.explained;
+  auto found = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
+  if (!found) found = ringing_beyond_rows(measurement, last);
+  if (found && found->error_reduction < kStructureReduction) found.reset();
+  return found;
+}
+
+/// The structure to report: the strongest, or what is above the bandwidth of the rows if that explains more;
 /// else impacts or a burst, even where the residual at the rows hardly shows them.
 std::optional<Structure> structure_to_report(const Measurement& measurement, const Diagnosis& diagnosis,
                                              const Structure& strongest) {
   std::optional<Structure> reported;
   if (above_floor(measurement, diagnosis) && strongest.error_reduction >= kStructureReduction)
     reported = strongest;
-  const FittedModel& last = diagnosis.explained;
-  auto line = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
-  const double known = reported ? reported->error_reduction : kStructureReduction;
-  if (line && line->error_reduction >= known) reported = std::move(line);
+  auto above = above_bandwidth(measurement, diagnosis);
+  if (above && (!reported || above->error_reduction >= reported->error_reduction))
+    reported = std::move(above);
   if (!reported) reported = impacts_in_drive(measurement);
   if (!reported) {
+    const FittedModel& last = diagnosis.explained;
     reported = burst_in_force(measurement, last.linearisation->sample_force_N(),
                               weighted_residual(measurement, last));
   }
@@ -99,12 +109,21 @@ bool far_better_alone(const Measurement& measurement, const Diagnosis& diagnosis
                      });
 }
 
+/// Whether the candidate as fitted on the baseline is no finding whatever its size.
+bool is_implausible_alone(const Measurement& measurement, const FittedModel& baseline,
+                          const Candidate& candidate) {
+  FittedModel fitted = fit_gains(measurement, candidate.terms);
+  fitted.holdout_rmse_N = candidate.holdout_rmse_N;
+  return is_implausible(measurement, baseline, fitted);
+}
+
 /// Whether the candidate would be worth a name, but is too small for one.
 bool would_be_named_if_larger(const Measurement& measurement, const FittedModel& baseline,
                               const Candidate& candidate) {
   const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
   return candidate.error_reduction >= kLeastReduction &&
-         is_too_small(measurement, baseline, baseline.terms, candidate.terms, step_N2);
+         is_too_small(measurement, baseline, baseline.terms, candidate.terms, step_N2) &&
+         !is_implausible_alone(measurement, baseline, candidate);
 }
 
 /// A remark for the case that no effect is named: the candidate of the best criterion, if it is too small for
@@ -140,10 +159,9 @@ std::string passed_over(const Measurement& measurement, const Diagnosis& diagnos
   if (best == nullptr) return {};
   const std::string would = fmt::format("; {} alone would lower the error by {:.0f} %", best->term.id(),
                                         100.0 * best->error_reduction);
-  FittedModel fitted = fit_gains(measurement, best->terms);
-  fitted.holdout_rmse_N = best->holdout_rmse_N;
-  const bool implausible = is_implausible(measurement, diagnosis.baseline, fitted);
-  return implausible ? would + ", but as fitted it is not plausible: " + best->evidence : would;
+  return is_implausible_alone(measurement, diagnosis.baseline, *best)
+             ? would + ", but as fitted it is not plausible: " + best->evidence
+             : would;
 }
 
 /// The verdict where effects were named: whether a confounder explains the log better. `strongest`: what is
@@ -160,13 +178,12 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   if (confounder) diagnosis.unexplained = std::move(confounder);
 }
 
-/// The strongest cause outside the catalogue, beside a line above the bandwidth of the rows, where neither
+/// The strongest cause outside the catalogue, beside what is above the bandwidth of the rows, where neither
 /// effects nor causes are searched.
-Structure cause_and_line(const Measurement& measurement, const Diagnosis& diagnosis) {
+Structure cause_and_what_is_above(const Measurement& measurement, const Diagnosis& diagnosis) {
   Structure first = diagnosis.outside.causes.front();
-  const FittedModel& last = diagnosis.explained;
-  auto other = line_beyond_rows(measurement, last.linearisation->sample_force_N(), last.train_rmse_N);
-  if (!other || other->error_reduction < kStructureReduction) return first;
+  auto other = above_bandwidth(measurement, diagnosis);
+  if (!other) return first;
   if (other->error_reduction > first.error_reduction) std::swap(first, *other);
   first.description += "; besides, " + other->description;
   return first;
@@ -174,7 +191,7 @@ Structure cause_and_line(const Measurement& measurement, const Diagnosis& diagno
 
 /// The verdict where causes outside the catalogue compete with the effects: the stronger of both.
 void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
-  diagnosis.unexplained = cause_and_line(measurement, diagnosis);
+  diagnosis.unexplained = cause_and_what_is_above(measurement, diagnosis);
   const bool named = diagnosis.steps.size() > 1 && !diagnosis.outside.explain_most;
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
   if (!named) diagnosis.unexplained->description += passed_over(measurement, diagnosis);

@@ -18,8 +18,8 @@ struct NextExperiment {
     rule_out   ///< effects that this log cannot show
   };
   Purpose purpose;
-  std::vector<std::string> effects;  ///< ids; of `separate` two
-  double angle_deg = 0.0;            ///< of `separate`: between the forces of the two
+  std::vector<std::string> effects;      ///< ids; of `separate` two
+  double angle_deg = 0.0;                ///< of `separate`: between the forces of the two
   std::vector<std::string> beside = {};  ///< ids of the other effects of the model that explains the log
 };
 

@@ -64,8 +64,8 @@ Promise promised_and_found(sim::EffectId effect, std::uint64_t seed) {
   planned.append(sim::make_sampled(plan.motion.position_m, plan.motion.rate_Hz));
   const Log second =
       test::log_of(bench.axis, sim::simulate_log(bench.axis, planned, bench.rate_Hz, seed + 1));
-  return {known.evidence_in_hand(plan.effects).front().evidence,
-          evidence_found(first, id), plan.expected.front().evidence, evidence_found(second, id)};
+  return {known.evidence_in_hand(plan.effects).front().evidence, evidence_found(first, id),
+          plan.expected.front().evidence, evidence_found(second, id)};
 }
 
 // The expectation is right within a factor of 2.5 on these axes, which is all that a choice between motions

@@ -151,10 +151,10 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
   }
   for (const ExpectedEvidence& one : plan.expected) {
     if (one.other.empty() && one.evidence < kDecisive) {
-      result.notes.push_back(
-          fmt::format("This motion is not expected to decide on {} beside the baseline: evidence {:.3g}, less "
-                      "than {:g}. Allow more with --limits or --seconds.",
-                      one.effect, one.evidence, kDecisive));
+      result.notes.push_back(fmt::format(
+          "This motion is not expected to decide on {} beside the baseline: evidence {:.3g}, less "
+          "than {:g}. Allow more with --limits or --seconds.",
+          one.effect, one.evidence, kDecisive));
     }
   }
   result.file =
