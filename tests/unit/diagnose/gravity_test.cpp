@@ -79,6 +79,9 @@ TEST_F(Gravity, HasHarmonicsOnlyWhereTwoOfThemFitIntoTheTravel) {
   settle_pitch(measurement, ripple);
   EXPECT_TRUE(is_one_turn(ripple.shapes[0]));
   for (std::size_t i = 0; i < ripple.gains.size(); ++i) EXPECT_EQ(ripple.upper[i] > 0.0, i < 2) << i;
+  ripple.shapes[0] = (0.5 + 1e-12) * travel;  // but for rounding it does
+  settle_pitch(measurement, ripple);
+  EXPECT_FALSE(is_one_turn(ripple.shapes[0]));
   ripple.shapes[0] = 0.4 * travel;
   settle_pitch(measurement, ripple);
   EXPECT_EQ(ripple.shapes[0], 0.4 * travel);

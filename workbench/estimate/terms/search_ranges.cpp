@@ -168,7 +168,9 @@ bool is_one_turn(double pitch_m) {
 void settle_pitch(const Measurement& measurement, Term& term) {
   const auto index = term.effect->find_shape(ShapeKind::pitch);
   if (!index) return;
-  const double seen_m = 0.5 * value_range(measurement.position_m()).length();
+  // The longest pitch of a search is half of the travel but for the rounding of a logarithm.
+  constexpr double kRounding = 1e-9;
+  const double seen_m = (1.0 + kRounding) * 0.5 * value_range(measurement.position_m()).length();
   double& pitch_m = term.shapes[*index];
   if (axis_is_rotary() && pitch_m > seen_m) pitch_m = kTurn_rad;
   const GainGroup& group = term.effect->gain_groups.front();
