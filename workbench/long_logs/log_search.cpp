@@ -9,6 +9,7 @@
 #include "workbench/base/errors.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/nonlinear/checks.h"
+#include "workbench/estimate/nonlinear/filtered_force.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -51,6 +52,13 @@ LogSearch::LogSearch(const LogSearch& opened, Progress& progress)
 void LogSearch::measure() {
   progress_.show("filter the samples");
   searched_ = logs_.measure(intervals_, conditioning_);
+  if (conditioning_.bandwidth_Hz == 0.0) {
+    if (const auto filter = filter_of_force(measurement())) {
+      conditioning_.force_cut_Hz = filter->cut_Hz;
+      conditioning_.bandwidth_Hz = filter->flat_Hz;
+      searched_ = logs_.measure(intervals_, conditioning_);
+    }
+  }
   prepare_whole();
 }
 

@@ -94,6 +94,7 @@ std::vector<LongLog> complete(Opened opened, const std::vector<std::string>& pat
 
 json to_json(const ConditioningOptions& options) {
   return {{"bandwidth_Hz", options.bandwidth_Hz},
+          {"force_cut_Hz", options.force_cut_Hz},
           {"maximum_rows", options.maximum_rows},
           {"per_log", options.per_log},
           {"force_noise_N", options.force_noise_N}};
@@ -102,6 +103,7 @@ json to_json(const ConditioningOptions& options) {
 ConditioningOptions conditioning_of(const json& value) {
   ConditioningOptions options;
   options.bandwidth_Hz = value.at("bandwidth_Hz").get<double>();
+  options.force_cut_Hz = value.at("force_cut_Hz").get<double>();
   options.maximum_rows = value.at("maximum_rows").get<std::size_t>();
   options.per_log = value.at("per_log").get<std::vector<std::string>>();
   options.force_noise_N = value.at("force_noise_N").get<double>();

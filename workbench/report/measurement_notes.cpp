@@ -28,14 +28,14 @@ std::string noise_method(const Measurement& measurement) {
   return fmt::format("from differences of sixth order of the {}", force_word());
 }
 
-/// Sixth differences say too little of noise that neighbouring samples share. White noise grows by one where
-/// every second sample is left out, the difference of two samples of a random walk by sqrt(2). Chosen above
-/// that: of 52 logs of axes it was 0.98 to 1.9 where the noise was white or nearly, 2.2 where samples were
-/// interpolated and 5.8 beside a strong line near half of the sample rate.
-constexpr double kNotWhite = 2.0;
-
 std::string caution(const Measurement& measurement) {
   if (measurement.force_noise_given()) return "";
+  if (const double cut_Hz = measurement.force_cut_Hz(); cut_Hz > 0.0) {
+    return fmt::format(
+        "\n           the {} was low-passed alone, to half of its amplitude at {}: all is judged below {}, "
+        "where the filter takes less than 2 %",
+        force_word(), quantity(cut_Hz, "Hz"), quantity(measurement.bandwidth_Hz(), "Hz"));
+  }
   const double growth = growth_of_noise_at_half_rate(measurement.log().force_N);
   if (growth < kNotWhite) return "";
   return fmt::format(

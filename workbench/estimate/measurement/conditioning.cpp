@@ -53,6 +53,10 @@ std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
   return low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz, 0.3 * rate_Hz), rate_Hz);
 }
 
+double bandwidth_of_enough_rows_Hz(double duration_s) {
+  return kLeastInstants / (kInstantsPerPeriod * duration_s);
+}
+
 double bandwidth_shown_Hz(const Log& log, const std::vector<LogPart>& parts) {
   const double rate = log.sample_rate_Hz;
   const double highest = kHighestBandwidth * rate;
@@ -65,8 +69,7 @@ double bandwidth_shown_Hz(const Log& log, const std::vector<LogPart>& parts) {
     excited = std::max(excited, excited_Hz(force_N, rate, part.force_noise_N, highest));
   }
   const double duration_s = static_cast<double>(log.position_m.size()) / rate;
-  const double enough = kLeastInstants / (kInstantsPerPeriod * duration_s);
-  const double least = std::min(highest, std::max(0.01 * rate, enough));
+  const double least = std::min(highest, std::max(0.01 * rate, bandwidth_of_enough_rows_Hz(duration_s)));
   return std::clamp(std::min(limit, excited), least, highest);
 }
 

@@ -12,6 +12,9 @@ namespace slipstack::workbench {
 /// Low pass of the motion, for rows of this bandwidth.
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz);
 
+/// The least bandwidth that leaves enough rows of logs of this duration in all.
+double bandwidth_of_enough_rows_Hz(double duration_s);
+
 /// Bandwidth within which the force of joined logs contains information about the motion: no further than the
 /// logs excite, and no further than where the encoder's quantisation, through the mass, exceeds the noise of
 /// the force. The rough mass and the noise of the parts must be set.

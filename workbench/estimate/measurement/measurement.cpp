@@ -24,6 +24,7 @@ Measurement::Measurement(LogChunk chunk, const Measurement& like, const std::vec
     : log_samples_(like.log_samples_),
       per_log_(like.per_log_),
       bandwidth_Hz_(like.bandwidth_Hz_),
+      force_cut_Hz_(like.force_cut_Hz_),
       force_noise_given_(true),
       row_stride_(like.row_stride_) {
   const LogPart& same = like.parts_[like.parts_of_log(chunk.log_index).first];
@@ -55,6 +56,7 @@ Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
       per_log_(options.per_log) {
   take_log(std::move(joined.log));
   encoder_resolution_m_ = log_->encoder_resolution_m.value_or(0.0);
+  force_cut_Hz_ = options.force_cut_Hz;
   force_noise_given_ = options.force_noise_N > 0.0;
   for (LogPart& part : parts_) {
     const std::vector<double> force_N = part_of(log_->force_N, part);

@@ -44,7 +44,9 @@ int blocks_of_share(double share);
 
 /// How a log is conditioned. Zero means chosen from the log.
 struct ConditioningOptions {
-  double bandwidth_Hz = 0.0;         ///< of the filter that force and regressors share
+  double bandwidth_Hz = 0.0;  ///< of the filter that force and regressors share
+  /// Where the force was low-passed alone before it was recorded (half of the amplitude); zero: not known.
+  double force_cut_Hz = 0.0;
   std::size_t maximum_rows = 40000;  ///< filtered instants kept for the regression
   /// Effects whose gains are fitted for each log separately.
   std::vector<std::string> per_log = effects_of_each_log();
@@ -110,6 +112,8 @@ class Measurement {
   /// Duration of the longest whole log.
   double longest_log_s() const;
   double bandwidth_Hz() const { return bandwidth_Hz_; }
+  /// That of the options.
+  double force_cut_Hz() const { return force_cut_Hz_; }
   double encoder_resolution_m() const { return encoder_resolution_m_; }
 
   // Smooth motion, one value per sample.
@@ -248,6 +252,7 @@ class Measurement {
   std::vector<std::string> per_log_;
   double encoder_resolution_m_ = 0.0;
   double bandwidth_Hz_ = 0.0;
+  double force_cut_Hz_ = 0.0;
   bool force_noise_given_ = false;
   std::vector<double> slip_distances_m_;
   std::vector<double> displacement_m_;  ///< input of the hysteresis: readings interpolated between the steps
