@@ -351,7 +351,11 @@ test('the ranking stands in the given order, folded after six', async () => {
   const cells = await rows.nth(1).locator('td').allTextContents();
   assert.equal(cells[2], data.candidates[1].holdout_rmse_N.toFixed(3));
   assert.equal(cells[4].replace(/\s/g, ''), '41.0%');
-  assert.equal(cells[6], 'Force ripple');
+  near(Number(cells[6].replaceAll('−', '-').replace(/[^-\d.]/g, '')), data.candidates[1].criterion_difference, 0.051, 'criterion');
+  assert.equal(cells[7], 'Force ripple');
+  assert.equal(await page.locator('.ranking .legend').textContent(), data.criterion_note);
+  const headings = await page.locator('.ranking th').allTextContents();
+  assert.deepEqual(headings.slice(-2), ['Criterion', 'Cannot be told from']);
   await rows.nth(0).locator('summary').click();
   assert.equal(await rows.nth(0).locator('details p').nth(1).isVisible(), true);
   // Bars in proportion, negative ones left of zero.
@@ -368,6 +372,10 @@ test('the ranking stands in the given order, folded after six', async () => {
 test('the waterfall falls as the numbers do', async () => {
   const {page, data, close} = await open('missing_effect');
   assert.deepEqual(await page.locator('.waterfall .name').allTextContents(), ['Baseline', '+ Force ripple', '+ Cable chain stiffness', '']);
+  // Name, bar, error and criterion of each step; the baseline has no criterion.
+  const criteria = await page.locator('.waterfall .steps').evaluate((steps) => [...steps.querySelectorAll('.name')].slice(0, 3).map((name) => name.nextElementSibling.nextElementSibling.nextElementSibling.textContent));
+  assert.deepEqual(criteria.map((text) => text.replaceAll('\u202f', '')), ['', '−8512.3', '−31.0']);
+  assert.equal(await page.locator('.waterfall .head').textContent(), 'Criterion');
   const widths = await page.locator('.waterfall').evaluate((figure) => [...figure.querySelectorAll('rect.before, rect.after')].map((bar) => bar.getBoundingClientRect().width));
   data.steps.forEach((step, i) => near(widths[i] / widths[0], step.holdout_rmse_N / data.steps[0].holdout_rmse_N, 0.005, step.effect));
   const floor = await page.locator('.waterfall').evaluate((figure) => {

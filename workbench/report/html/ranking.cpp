@@ -69,8 +69,8 @@ std::string candidate_row(const json& data, const json& candidate, std::size_t r
   out += "</td><td class=\"num\">" + (rmse ? column.text(*rmse) : "–") + "</td><td class=\"bars\">" +
          (share ? reduction_bar(*share, error, low, high) : "") + "</td><td class=\"num\">" +
          (share ? percent(*share) : "–") + "</td><td class=\"num pm\">" +
-         (error > 0.0 ? "±\u202f" + percent(error) : "") + "</td><td>" +
-         (confounders.empty() ? "" : confounders) + "</td></tr>";
+         (error > 0.0 ? "±\u202f" + percent(error) : "") + "</td><td class=\"num\">" +
+         criterion_text(candidate) + "</td><td>" + confounders + "</td></tr>";
   return out;
 }
 
@@ -107,17 +107,18 @@ std::string ranking_html(const json& data) {
       "log</h2><table><thead><tr>"
       "<th class=\"num\">#</th><th>Effect</th><th class=\"num\">Held-out error (" +
       column.unit.label +
-      ")</th><th colspan=\"3\">Share of the error it removes, ± 1 standard error</th>"
-      "<th>Indistinguishable from</th></tr></thead><tbody>" +
+      ")</th><th class=\"bars\">Share of the error it removes</th><th class=\"num\">Removes</th>"
+      "<th class=\"num pm\">±\u202f1 std. err.</th>"
+      "<th class=\"num\">Criterion</th><th>Cannot be told from</th></tr></thead><tbody>" +
       shown + "</tbody>";
   if (!folded.empty()) {
     out +=
-        "<tbody class=\"more\"><tr><td></td><td colspan=\"6\"><button type=\"button\" aria-expanded=\"true\">"
+        "<tbody class=\"more\"><tr><td></td><td colspan=\"7\"><button type=\"button\" aria-expanded=\"true\">"
         "the other " +
         std::to_string(candidates.size() - open_rows) + "</button></td></tr></tbody><tbody class=\"rest\">" +
         folded + "</tbody>";
   }
-  return out + "</table></section>\n";
+  return out + "</table>" + criterion_note_html(data) + "</section>\n";
 }
 
 }  // namespace slipstack::workbench

@@ -34,8 +34,9 @@ namespace slipstack::workbench {
 ///   spectrum: {frequency_Hz, residual_N, after_N (N/√Hz), floor_N}
 ///   candidates: [{effect, title, holdout_rmse_N, error_reduction and error_reduction_se (shares of the
 ///   baseline's
-///     held-out error), confounded_with: [id], evidence, cause, confirm_with}], best first
-///   steps: [{effect: "baseline" or id, holdout_rmse_N}]
+///     held-out error), criterion_difference, confounded_with: [id], evidence, cause, confirm_with}], best
+///     first
+///   steps: [{effect: "baseline" or id, holdout_rmse_N, criterion_difference}];  criterion_note: what that is
 ///   charts: [{title, x_axis: {name, unit, log}, y_axis, x: [value], curves: [{name, role, dashed, y, x}],
 ///   orbit}]: of
 ///     an experiment, in the units named; in an orbit every curve has its own x

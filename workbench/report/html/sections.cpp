@@ -118,6 +118,17 @@ std::string percent(double share) {
   return fixed(share * 100.0, 1) + "\u00a0%";
 }
 
+std::string criterion_text(const json& data) {
+  const auto difference = number_at(data, "criterion_difference");
+  if (!difference) return "";
+  return (*difference > 0.0 ? "+" : "") + fixed(*difference, 1);
+}
+
+std::string criterion_note_html(const json& data) {
+  const std::string note = text_at(data, "criterion_note");
+  return note.empty() ? "" : "<p class=\"legend\">" + escape_html(note) + "</p>";
+}
+
 std::string effect_title(const json& data, const std::string& id) {
   for (const char* list : {"candidates", "parameters"}) {
     for (const json& item : array_at(data, list)) {

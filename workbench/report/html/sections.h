@@ -52,6 +52,12 @@ std::string in_sentence(std::string title);
 /// `error_reduction` is a share of the baseline's held-out error: 0.894 → "89.4 %".
 std::string percent(double share);
 
+/// The change of the information criterion under `criterion_difference`, with its sign; "" without one.
+std::string criterion_text(const nlohmann::json& data);
+
+/// What that change means (`criterion_note`), below what shows it; "" without one.
+std::string criterion_note_html(const nlohmann::json& data);
+
 /// The waterfall of `steps` (or of before and after, if there are no steps), with the noise floor; "" without
 /// two numbers.
 std::string waterfall_html(const nlohmann::json& data, FigureNumbers& figures);

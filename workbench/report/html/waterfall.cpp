@@ -18,6 +18,7 @@ using nlohmann::json;
 struct Step {
   std::string name;
   double rmse_N;
+  std::string criterion = {};  ///< its change against the step before; "" of the baseline
 };
 
 std::vector<Step> waterfall_steps(const json& data) {
@@ -26,7 +27,8 @@ std::vector<Step> waterfall_steps(const json& data) {
     const auto rmse = number_at(step, "holdout_rmse_N");
     if (!rmse) continue;
     const std::string id = text_at(step, "effect");
-    steps.push_back({id == "baseline" ? "Baseline" : "+ " + effect_title(data, id), *rmse});
+    steps.push_back(
+        {id == "baseline" ? "Baseline" : "+ " + effect_title(data, id), *rmse, criterion_text(step)});
   }
   if (steps.size() >= 2) return steps;
   // Without steps, the errors before and after are shown.
@@ -71,7 +73,14 @@ std::string waterfall_axis(double full, const DisplayUnit& unit) {
   }
   return "<span class=\"name\"></span><svg class=\"axis\" height=\"34\" aria-hidden=\"true\">" + out +
          "<text class=\"title\" x=\"50%\" y=\"30\">Held-out force error (" + unit.label +
-         ")</text></svg><span class=\"value\"></span>";
+         ")</text></svg><span class=\"value\"></span><span class=\"value\"></span>";
+}
+
+/// The heading of the column of the criterion, where a step has one.
+std::string waterfall_head(const std::vector<Step>& steps) {
+  const bool has_criterion =
+      std::ranges::any_of(steps, [](const Step& step) { return !step.criterion.empty(); });
+  return has_criterion ? "<span class=\"head\">Criterion</span>" : "";
 }
 
 }  // namespace
@@ -90,7 +99,7 @@ std::string waterfall_html(const json& data, FigureNumbers& figures) {
   const std::string floor_line = floor ? "<line class=\"floor\" x1=\"" + along(*floor, full) + "\" x2=\"" +
                                              along(*floor, full) + "\" y1=\"0\" y2=\"22\"/>"
                                        : "";
-  std::string rows;
+  std::string rows = waterfall_head(steps);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double previous = i == 0 ? steps[0].rmse_N : steps[i - 1].rmse_N;
     const bool better = steps[i].rmse_N <= previous;
@@ -99,7 +108,7 @@ std::string waterfall_html(const json& data, FigureNumbers& figures) {
             bar(i == 0 ? "before" : "after", 0.0, std::min(steps[i].rmse_N, previous), full) +
             (i == 0 ? "" : bar(better ? "removed" : "grown", steps[i].rmse_N, previous, full)) + floor_line +
             "</svg><span class=\"value\">" + column.text(steps[i].rmse_N) + "\u00a0" + column.unit.label +
-            "</span>";
+            "</span><span class=\"value\">" + steps[i].criterion + "</span>";
   }
   rows += waterfall_axis(full, column.unit);
   return "<figure class=\"waterfall\"><figcaption><b>Fig.\u00a0" + std::to_string(figures.next()) +

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "workbench/estimate/uncertainty/standard_errors.h"
+#include "workbench/report/criterion_note.h"
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/html/sections.h"
 #include "workbench/report/json_values.h"
@@ -100,6 +101,7 @@ json diagnosis_page(const DiagnosisRequest& request, const Measurement& measurem
     for (std::size_t i = 1; i < drawn; ++i) page["after_effects"].push_back(diagnosis.steps[i].effect);
   }
   for (const char* key : {"baseline_effects", "candidates", "steps", "unexplained"}) page[key] = found[key];
+  page["criterion_note"] = sentence(criterion_note());
   page["parameters"] = parameters_json(with_standard_errors(measurement, shown).terms);
   add_friction_each_way(page, shown);
   const ForceRows before = rows_of(diagnosis.baseline);

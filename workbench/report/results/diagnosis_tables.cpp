@@ -9,8 +9,8 @@
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/diagnose/detectability/separation.h"
-#include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/report/criterion_note.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
 #include "workbench/report/results/diagnosis_result.h"
@@ -45,7 +45,7 @@ std::string candidate_table(json candidates) {
     ++lines;
     const auto others = candidate["confounded_with"].get<std::vector<std::string>>();
     text += fmt::format(
-        "{:<32} {:>14} {:>7.1f} % {:>7.1f} % {:>+10.0f}{}{}\n", candidate["effect"].get<std::string>(),
+        "{:<32} {:>14} {:>7.1f} % {:>7.1f} % {:>+10.1f}{}{}\n", candidate["effect"].get<std::string>(),
         error_text(candidate), 100.0 * reduction, 100.0 * number_of(candidate["error_reduction_se"]),
         number_of(candidate["criterion_difference"]), others.empty() ? "" : "  ", fmt::join(others, ", "));
   }
@@ -55,19 +55,19 @@ std::string candidate_table(json candidates) {
   if (const std::size_t others = candidates.size() - lines; others > 0) {
     text += fmt::format("{} others reduce the error by less than 0.5 %\n", others);
   }
-  text += fmt::format(
-      "criterion: change of the information criterion by the effect; the log supports the effect below "
-      "{:.0f}\n",
-      -kBareMention);
-  return text;
+  return text + criterion_note() + "\n";
 }
 
 std::string step_table(const json& result) {
-  std::string text = fmt::format("\n{:<32} {:>14}\n", "chosen, one upon the other", "held-out error");
+  std::string text =
+      fmt::format("\n{:<32} {:>14} {:>10}\n", "chosen, one upon the other", "held-out error", "criterion");
   for (const json& step : result["steps"]) {
-    const std::string evidence = step.value("evidence", "");
-    text += fmt::format("{:<32} {:>14}{}{}\n", step["effect"].get<std::string>(), error_text(step),
-                        evidence.empty() ? "" : "  ", evidence);
+    text += fmt::format("{:<32} {:>14}", step["effect"].get<std::string>(), error_text(step));
+    if (step.contains("criterion_difference")) {
+      text += fmt::format(" {:>+10.1f}  {}", number_of(step["criterion_difference"]),
+                          step["evidence"].get<std::string>());
+    }
+    text += "\n";
   }
   text += fmt::format("{:<32} {:>14}\n", "noise floor", newtons(number_of(result["noise_floor_N"])));
   // The square root of a difference that is rounding, where the error is the noise floor.

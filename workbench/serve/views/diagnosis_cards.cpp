@@ -12,10 +12,12 @@
 #include "workbench/estimate/terms/terms.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 #include "workbench/model/model.h"
+#include "workbench/report/criterion_note.h"
 #include "workbench/report/html/sections.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/pictures.h"
 #include "workbench/report/results/diagnosis_result.h"
+#include "workbench/report/texts.h"
 #include "workbench/report/verdict_sentence.h"
 
 namespace slipstack::workbench {
@@ -77,6 +79,7 @@ json diagnosis_cards(LogSearch& logs, const std::string& model_path,
   const Headline headline = headline_of(cards, [&](const std::string& id) { return title_of(cards, id); });
   cards["headline"] = headline.line;
   cards["detail"] = headline.detail;
+  cards["criterion_note"] = sentence(criterion_note());
   cards["command"] = printable(command);
   return cards;
 }

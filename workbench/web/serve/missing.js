@@ -43,7 +43,13 @@ function gain(card) {
   return h('div', {class: 'gain', role: 'img', 'aria-label': `lowers the error by ${percent(reduction)}${deviation ? `, standard error ${percent(deviation)}` : ''}`},
     h('span', {class: 'track'}, h('span', {class: 'bar', style: `width:${Math.max(0, 100 * reduction)}%`}),
       deviation ? h('span', {class: 'interval', style: `left:${Math.max(0, 100 * (reduction - deviation))}%;width:${Math.min(100, 200 * deviation)}%`}) : null),
-    h('span', {}, `−${percent(Math.max(0, reduction))} → ${quantity(card.holdout_rmse_N, 'N')}`));
+    h('span', {}, `−${percent(Math.max(0, reduction))} → ${quantity(card.holdout_rmse_N, 'N')}`),
+    Number.isFinite(card.criterion_difference) ? h('span', {class: 'criterion soft'}, criterion(card.criterion_difference)) : null);
+}
+
+// The change of the information criterion, as the report shows it.
+function criterion(difference) {
+  return `criterion ${difference > 0 ? '+' : difference < 0 ? '−' : ''}${Math.abs(difference).toFixed(1)}`;
 }
 
 function candidate(card, best) {
@@ -134,7 +140,7 @@ function draw() {
   fill(host, h('section', {id: 'tried', 'aria-label': 'Tried so far'}), h('h2', {class: `verdict ${found.verdict}`}, sentence(found.headline)), h('p', {}, sentence(found.detail)),
     found.unexplained && !found.detail.includes(found.unexplained.description) ? h('p', {class: 'warn'}, sentence(found.unexplained.description)) : null,
     found.input_warnings.length ? h('ul', {class: 'warn'}, found.input_warnings.map((one) => h('li', {}, one.what))) : null,
-    h('ol', {class: 'cards'}, cards.map((card, i) => candidate(card, missing && i === 0))), others(found.candidates.filter((card) => !cards.includes(card))),
+    h('ol', {class: 'cards'}, cards.map((card, i) => candidate(card, missing && i === 0))), h('p', {class: 'soft'}, found.criterion_note), others(found.candidates.filter((card) => !cards.includes(card))),
     limits(found), h('div', {class: 'buttons'}, ask), own(), h('p', {class: 'soft'}, 'The same on the command line: ', h('code', {}, found.command)));
   drawTried();
 }
