@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """No two statements of one output contradict each other: over the shared measurements and simulated logs."""
 
+import html
 import os
 import pathlib
 import re
@@ -8,6 +9,7 @@ import shlex
 import unittest
 
 import program
+from experiment_plan_test import poor_motion
 
 DATA = pathlib.Path(os.environ.get("SLIPSTACK_SHARED", program.REPOSITORY / ".." / "shared")) / "data"
 LOGS = [f"hidden_effect/blind_{i}.csv" for i in range(1, 7)] + ["emps/emps_estimation.csv",
@@ -148,9 +150,86 @@ class WrittenModels(program.Workshop):
                 self.check(log, "inertia,coulomb", "direction_asymmetry")
 
 
+def partners(pairs, effect):
+    """The effects that stand with this one in the pairs."""
+    return {one for pair in pairs if effect in pair for one in pair if one != effect}
+
+
+# A row of the candidates in the text: effect, criterion, and what the log cannot tell from it.
+CANDIDATE_ROW = re.compile(r"^(\w+) +[\d.]+ \S+(?: \S+)? +-?[\d.]+ % +[\d.]+ % +([-+][\d.]+)(?:  (\w.*))?$", re.MULTILINE)
+# The same in the report, behind the title and the key of the effect.
+REPORT_ROW = re.compile(r'<tr data-effect="(\w+)">.*?<td class="num">([^<]*)</td><td>([^<]*)</td></tr>')
+
+
+class Ties:
+    """The statements of a diagnosis about effects that its log cannot tell apart."""
+
+    def __init__(self, test, text, found, report):
+        self.test, self.text, self.found, self.report = test, text, found, report
+        self.title = {one["effect"]: one["title"] for one in found["candidates"]}
+        self.pairs = [frozenset((pair["effect"], pair["other"])) for pair in found["cannot_separate"]]
+        self.added = [step["effect"] for step in found["steps"][1:]]
+
+    def check(self):
+        self.check_pairs()
+        self.check_candidates()
+        self.check_list()
+        self.check_sentences()
+        self.check_report()
+
+    def check_pairs(self):
+        """Each pair once, and of effects that the log supports or names."""
+        self.test.assertEqual(len(self.pairs), len(set(self.pairs)))
+        supported = {one["effect"] for one in self.found["candidates"] if one["criterion_difference"] < -2.0}
+        for pair in self.pairs:
+            self.test.assertTrue(pair & (set(self.added) or supported), pair)
+
+    def check_candidates(self):
+        """JSON and table state at each candidate what the pairs state."""
+        for one in self.found["candidates"]:
+            self.test.assertEqual(set(one["confounded_with"]), partners(self.pairs, one["effect"]), one["effect"])
+        for effect, _, others in CANDIDATE_ROW.findall(self.text):
+            self.test.assertEqual(set(filter(None, others.split(", "))), partners(self.pairs, effect), effect)
+
+    def check_list(self):
+        """The list in the text has the pairs of the JSON, and the next experiment is for one of them."""
+        told = re.findall(r"^this log cannot tell (\w+) from (\w+): forces [\d.]+ degrees apart$", self.text, re.MULTILINE)
+        self.test.assertEqual([frozenset(pair) for pair in told], self.pairs)
+        following = self.found["next_experiment"]
+        asked = re.match(r"this log cannot tell (\w+) from (\w+): ", following["why"]) if following else None
+        if following:
+            self.test.assertIn(f"next experiment        {following['why']}:\n", self.text)
+        if asked:
+            self.test.assertIn(frozenset(asked.groups()), self.pairs)
+            self.test.assertEqual(set(following["for"]), set(asked.groups()))
+
+    def check_sentences(self):
+        """The headline tells the ties of the first step, the sentences below it those of the others."""
+        lines = self.text.split("\none effect added")[0].split("\nnone of the")[0]
+        told = {}
+        for effect, others in re.findall(r"this log cannot tell (\w+) from ((?:\w+ or )*\w+)\.", lines, re.IGNORECASE):
+            named = self.added[0] if effect == "it" else effect
+            told[named] = set(others.split(" or "))
+        self.test.assertEqual(told, {effect: partners(self.pairs, effect) for effect in self.added if partners(self.pairs, effect)})
+
+    def check_report(self):
+        """The report states at each candidate what the JSON does, and the criterion as the text."""
+        in_text = {effect: criterion for effect, criterion, _ in CANDIDATE_ROW.findall(self.text)}
+        rows = REPORT_ROW.findall(self.report)
+        self.test.assertEqual(len(rows), len(self.found["candidates"]))
+        for effect, criterion, others in rows:
+            self.test.assertEqual({html.unescape(other) for other in others.split(", ") if other},
+                                  {self.title[other] for other in partners(self.pairs, effect)}, effect)
+            if effect in in_text:
+                self.test.assertAlmostEqual(float(re.sub(r"[^-+.\d]", "", criterion.replace("\u2212", "-"))), float(in_text[effect]),
+                                            delta=0.101)
+        self.test.assertEqual("What this log cannot tell apart" in self.report, bool(self.pairs))
+
+
 class Contradictions(program.Workshop):
     def diagnose(self, log, *options):
-        done = program.run("diagnose", "--stepwise", *options, "--json", "found.json", str(log), cwd=self.here)
+        done = program.run("diagnose", "--stepwise", *options, "--json", "found.json", "--report", "found.html", str(log),
+                           cwd=self.here)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout.decode(), program.published(pathlib.Path(self.here, "found.json").read_text())
 
@@ -196,13 +275,8 @@ class Contradictions(program.Workshop):
             if found["verdict"] == "missing_effect":
                 for one in supported:
                     if one["effect"] not in added and error(one) < 0.97 * error(steps[-1]):
-                        self.assertIn(f"{one['effect']} alone would leave less", text)
-            # Each relation is stated from both sides, or not at all.
-            by_id = {one["effect"]: one for one in candidates}
-            for one in candidates:
-                for other in one["confounded_with"]:
-                    if by_id[other]["error_reduction"] >= 0.03 and one["error_reduction"] >= 0.03:
-                        self.assertIn(one["effect"], by_id[other]["confounded_with"], (one["effect"], other))
+                        self.assertTrue(one["confounded_with"] or f"{one['effect']} alone would leave less" in text, one)
+            Ties(self, text, found, pathlib.Path(self.here, "found.html").read_text()).check()
             # Held out is never better than in sample by more than chance.
             for model in [found["baseline"]] + ([found["best"]] if "best" in found else []):
                 self.assertGreaterEqual(error(model), 0.97 * error(model, "train"))
@@ -237,6 +311,17 @@ class Contradictions(program.Workshop):
             program.simulate(log, "--effects", effects, "--seconds", "40",
                              "--rate", "2500", seed=9)
             self.check(log)
+
+    def test_ties(self):
+        # A slow motion tells hardly that friction has a memory.
+        told = 0
+        for hidden in ("frictional_lag", "stribeck"):
+            log = pathlib.Path(self.here, f"{hidden}.csv")
+            poor_motion(pathlib.Path(self.here, "motion.csv"))
+            program.simulate(log, "--effects", hidden, "--strength", "1", "--setpoints",
+                             str(pathlib.Path(self.here, "motion.csv")), seed=11)
+            told += len(self.check(log)["cannot_separate"])
+        self.assertGreater(told, 0, "no log of this test has a tie")
 
     @program.long
     def test_long_log_of_which_an_excerpt_is_searched(self):

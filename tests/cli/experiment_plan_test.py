@@ -11,7 +11,7 @@ import unittest
 
 import program
 
-AXIS = ("--effects", "frictional_lag", "--strength", "2")
+AXIS = ("--effects", "frictional_lag", "--strength", "1")  # of twice the strength the slow motion tells lag from Stribeck
 SEED = 11
 ALLOWED = "velocity=0.3,acceleration=4,jerk=200,force=400"
 DATA = pathlib.Path(os.environ.get("SLIPSTACK_SHARED", program.REPOSITORY / ".." / "shared")) / "data"

@@ -49,11 +49,6 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
       FittedModel model = fitted_alone(measurement, found, trial);
       judge_on_unseen_data(measurement, model);
       candidate.criterion_difference = found.context.criterion.difference(model, found.context.baseline);
-      if (const Trial* simpler = find_trial(found.alone, trial.term.effect->traits.special_case.id);
-          simpler != nullptr) {
-        candidate.criterion_over_special_case =
-            found.context.criterion.difference(model, fitted_alone(measurement, found, *simpler));
-      }
       // Values, with their intervals, are told of what the log supports.
       candidate.evidence = trial.term.effect->text.residual;
       if (is_supported(candidate.criterion_difference) &&
@@ -78,16 +73,6 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
   std::stable_partition(candidates.begin(), candidates.end(), [&](const auto& candidate) {
     return std::find(added.begin(), added.end(), candidate.term.id()) != added.end();
   });
-  for (Candidate& candidate : candidates) {
-    candidate.confounded_with.clear();
-    for (const Candidate& other : candidates) {
-      if (&other == &candidate || other.error_reduction < kLeastReduction) continue;
-      if (!is_worth_a_name(candidate.holdout_rmse_N, other.holdout_rmse_N) &&
-          !is_worth_a_name(other.holdout_rmse_N, candidate.holdout_rmse_N)) {
-        candidate.confounded_with.push_back(other.term.id());
-      }
-    }
-  }
 }
 
 void put_first(Diagnosis& diagnosis, const std::string& effect) {

@@ -13,8 +13,7 @@ namespace slipstack::workbench {
 std::vector<Candidate> list_candidates(const Measurement& measurement, const Found& found);
 
 /// Sorts the candidates by the error that each leaves alone; those of the explanation (`added`) before the
-/// others, since if two effects are missing, a third may be better alone than either. Candidates whose errors
-/// differ by less than the share that is worth a name are listed as confounded with each other.
+/// others, since if two effects are missing, a third may be better alone than either.
 void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added);
 
 /// Moves a candidate before all others. Where errors of the excerpt were replaced by those of whole logs,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "workbench/diagnose/candidates.h"
+#include "workbench/diagnose/detectability/ties.h"
 #include "workbench/diagnose/detectability/undecided.h"
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
@@ -69,6 +70,7 @@ EffectSearch::EffectSearch(Measurement& measurement, const DiagnoseOptions& opti
   diagnosis_.baseline = fit_baseline(measurement, options);
 
   Found found = search(measurement, options, diagnosis_.baseline);
+  context_ = std::make_unique<const SelectionContext>(found.context);
 
   options.report("judge on unseen data", 0.0);
   judge_on_unseen_data(measurement, diagnosis_.baseline);
@@ -82,6 +84,8 @@ EffectSearch::EffectSearch(Measurement& measurement, const DiagnoseOptions& opti
   diagnosis_.outside = std::move(found.outside);
 }
 
+EffectSearch::~EffectSearch() = default;
+
 Diagnosis EffectSearch::conclude() {
   drop_insignificant_steps(measurement_, diagnosis_);
   std::vector<std::string> added;
@@ -92,7 +96,7 @@ Diagnosis EffectSearch::conclude() {
   diagnosis_.noise_floor_N = measurement_.noise_floor_N();
   judge(measurement_, diagnosis_);
   list_what_cannot_be_shown(measurement_, diagnosis_);
-  list_what_cannot_be_separated(measurement_, diagnosis_);
+  list_ties(*context_, diagnosis_);
   if (diagnosis_.steps.size() >= 2) show_by_named_model(diagnosis_);
   options_.report("done", 1.0);
   return std::move(diagnosis_);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,8 +24,7 @@ struct Candidate {
   double error_reduction = 0.0;       ///< 1 - held-out error / baseline's
   double error_reduction_se = 0.0;    ///< jackknife over blocks
   double criterion_difference = 0.0;  ///< against the baseline; negative: better (evidence/criterion.h)
-  double criterion_over_special_case = 0.0;  ///< against the effect's special case; 0: it has none
-  std::vector<std::string> confounded_with;  ///< effects that this log cannot distinguish from it
+  std::vector<std::string> confounded_with;  ///< its ties: the other effect of its pairs in cannot_separate
   std::string evidence;
 };
 
@@ -65,10 +65,11 @@ struct Diagnosis {
   std::optional<Step> withheld;
   /// Effects that this log would show only if they were a large part of the force: it does not rule them out.
   std::vector<Visibility> cannot_show;
-  /// Pairs of promising effects that this log cannot separate, the smallest angle first: orthogonal to the
-  /// baseline, their forces have nearly the same direction, or they explain equally much.
+  /// Pairs of effects that this log cannot tell apart (detectability/ties.h), the smallest angle first.
   std::vector<Separation> cannot_separate;
 };
+
+struct SelectionContext;
 
 struct DiagnoseOptions {
   std::vector<std::string> baseline;
@@ -90,6 +91,9 @@ struct DiagnoseOptions {
 /// logs.
 class EffectSearch {
  public:
+  EffectSearch(const EffectSearch&) = delete;
+  EffectSearch& operator=(const EffectSearch&) = delete;
+  ~EffectSearch();
   /// Fits the baseline and searches the effects that it lacks: candidates and steps. Both references must
   /// outlive this.
   EffectSearch(Measurement& measurement, const DiagnoseOptions& options);
@@ -102,6 +106,7 @@ class EffectSearch {
   Measurement& measurement_;
   const DiagnoseOptions& options_;
   Diagnosis diagnosis_;
+  std::unique_ptr<const SelectionContext> context_;  ///< by which the search compared; refers to the others
 };
 
 /// Finds the effects that the baseline lacks. Every effect of the catalogue is fitted jointly with the

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "workbench/diagnose/detectability/ties.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {
@@ -67,10 +68,7 @@ std::string reason_text(const NextExperiment& next, const EffectName& name) {
   for (const std::string& id : next.effects) names.push_back(name(id));
   switch (next.purpose) {
     case NextExperiment::Purpose::separate:
-      return fmt::format("this log cannot separate {} from {}: {} {:.0f} degrees apart", names[0], names[1],
-                         next.angle_deg < kSameDirection_deg ? "their forces are"
-                                                             : "they lower the error alike, with forces",
-                         next.angle_deg);
+      return "this log " + tie_text(names[0], names[1], next.angle_deg);
     case NextExperiment::Purpose::confirm:
       return fmt::format("it would confirm {} where it shows most", names[0]);
     case NextExperiment::Purpose::rule_out:

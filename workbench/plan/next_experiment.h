@@ -13,7 +13,7 @@ namespace slipstack::workbench {
 /// The experiment that would answer what a diagnosis leaves open.
 struct NextExperiment {
   enum class Purpose {
-    separate,  ///< two effects that this log cannot separate
+    separate,  ///< two effects that this log cannot tell apart
     confirm,   ///< the first candidate
     rule_out   ///< effects that this log cannot show
   };
@@ -23,7 +23,7 @@ struct NextExperiment {
   std::vector<std::string> beside = {};  ///< ids of the other effects of the model that explains the log
 };
 
-/// Separates a pair that this log cannot separate, one with the first candidate before the others; else
+/// Separates a pair that this log cannot tell apart, one with the first candidate before the others; else
 /// confirms the first candidate, where an effect is missing; else rules out what this log cannot show. None
 /// where no experiment can be planned for any of these.
 std::optional<NextExperiment> next_experiment(const Diagnosis& diagnosis);

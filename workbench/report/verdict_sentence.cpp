@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
+#include "workbench/diagnose/detectability/ties.h"
 #include "workbench/diagnose/diagnose.h"
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
@@ -72,6 +74,7 @@ std::string better_alone(const json& result, const EffectName& name) {
   const json* const best = best_not_named(result);
   const double named_N = number_of(result["steps"].back()["holdout_rmse_N"]);
   if (best == nullptr || !is_worth_a_name(named_N, number_of((*best)["holdout_rmse_N"]))) return "";
+  if (!best->value("confounded_with", json::array()).empty()) return "";  // told as a tie
   return fmt::format(" {} alone would leave less, {}, but {}", name((*best)["effect"].get<std::string>()),
                      newtons(number_of((*best)["holdout_rmse_N"])), not_plausible(*best));
 }
@@ -96,6 +99,34 @@ std::string names_of_steps(const json& steps, std::size_t first, const EffectNam
   return names;
 }
 
+/// The effects that this log cannot tell from a named one.
+std::vector<std::string> ties_of(const json& result, const std::string& effect, const EffectName& name) {
+  std::vector<std::string> others;
+  for (const json& pair : result.value("cannot_separate", json::array())) {
+    if (pair["effect"] == effect) others.push_back(name(pair["other"].get<std::string>()));
+  }
+  return others;
+}
+
+/// The ties of the steps from `first` on, each in a sentence.
+std::string ties_of_steps(const json& result, std::size_t first, const EffectName& name) {
+  std::string text;
+  for (std::size_t i = first; i < result["steps"].size(); ++i) {
+    const std::string id = result["steps"][i]["effect"];
+    const std::vector<std::string> others = ties_of(result, id, name);
+    if (!others.empty()) text += fmt::format(" This log {}.", tie_text(name(id), others));
+  }
+  return text;
+}
+
+/// The first effect as the headline names it: with the others that it may be in its place.
+std::string first_named(const json& result, const EffectName& name) {
+  const json& first = result["candidates"].front();
+  const std::string title = first["title"];
+  const std::vector<std::string> others = ties_of(result, first["effect"].get<std::string>(), name);
+  return others.empty() ? title : fmt::format("{}; this log {}", title, tie_text("it", others));
+}
+
 }  // namespace
 
 Headline headline_of(const json& result, const EffectName& name) {
@@ -117,7 +148,7 @@ Headline headline_of(const json& result, const EffectName& name) {
       detail +=
           fmt::format(" all: with {} the held-out error is {}, but", named, error(result["steps"].back()));
       return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),
-              detail + (left.empty() ? " more is left." : " " + left)};
+              detail + (left.empty() ? " more is left." : " " + left) + ties_of_steps(result, 1, name)};
     }
     return {fmt::format("Unexplained: held-out error {}, noise floor {}.", before, floor),
             left.empty() ? detail + "." : detail + "; " + left};
@@ -125,7 +156,7 @@ Headline headline_of(const json& result, const EffectName& name) {
   const json& first = result["candidates"].front();
   Headline headline{
       fmt::format("Missing: {}. Adding it lowers the held-out error from {} to {}; noise floor {}.",
-                  first["title"].get<std::string>(), before, error(result["best"]), floor),
+                  first_named(result, name), before, error(result["best"]), floor),
       ""};
   const json& steps = result["steps"];
   // Of several effects, each with its values beside the others: those that the step table shows.
@@ -134,6 +165,7 @@ Headline headline_of(const json& result, const EffectName& name) {
   if (steps.size() > 2) {
     headline.detail += fmt::format(" Not alone: with {} the error falls to {}.",
                                    names_of_steps(steps, 2, name), error(steps.back()));
+    headline.detail += ties_of_steps(result, 2, name);
   }
   if (!left.empty()) headline.detail += " Still open: " + left;
   headline.detail += better_alone(result, name);

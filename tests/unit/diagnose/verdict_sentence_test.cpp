@@ -96,5 +96,37 @@ TEST(VerdictSentence, TellsOfAnEffectThatAloneLeavesLessThanAllThatAreNamed) {
   EXPECT_FALSE(says(detail_beside_viscous("viscous", 1.50), "alone would leave"));  // it is named
 }
 
+TEST(VerdictSentence, TellsATieInTheHeadline) {
+  const auto candidate = [](const char* effect) {
+    return json{{"effect", effect},          {"title", effect},         {"evidence", "as told"},
+                {"holdout_rmse_N", 2.0},     {"error_reduction", 0.33}, {"criterion_difference", -50.0},
+                {"confounded_with", {"any"}}};
+  };
+  const auto pair = [](const char* effect, const char* other) {
+    return json{{"effect", effect}, {"other", other}, {"angle_deg", 3.0}};
+  };
+  json result = {
+      {"verdict", "missing_effect"},
+      {"noise_floor_N", 1.0},
+      {"baseline", {{"holdout_rmse_N", 3.0}}},
+      {"best", {{"holdout_rmse_N", 2.0}}},
+      {"candidates", json::array({candidate("viscous"), candidate("offset_force")})},
+      {"steps", json::array({{{"effect", "baseline"}, {"holdout_rmse_N", 3.0}},
+                             {{"effect", "viscous"}, {"holdout_rmse_N", 2.0}, {"evidence", "as told"}},
+                             {{"effect", "offset_force"}, {"holdout_rmse_N", 1.5}}})},
+      {"cannot_separate", json::array({pair("viscous", "quadratic_drag"), pair("viscous", "drift"),
+                                       pair("offset_force", "cable_chain_stiffness")})},
+      {"unexplained", nullptr}};
+  const Headline told = headline_of(result, [](const std::string& id) { return id; });
+  EXPECT_TRUE(
+      says(told.line, "Missing: viscous; this log cannot tell it from quadratic_drag or drift. Adding"))
+      << told.line;
+  EXPECT_TRUE(says(told.detail, "This log cannot tell offset_force from cable_chain_stiffness."))
+      << told.detail;
+  result["cannot_separate"] = json::array();
+  const Headline alone = headline_of(result, [](const std::string& id) { return id; });
+  EXPECT_FALSE(says(alone.line + alone.detail, "cannot tell")) << alone.line << alone.detail;
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

@@ -10,12 +10,6 @@
 
 namespace slipstack::workbench {
 
-/// Below this angle two forces have nine tenths of their squares in common (cos^2 18 degrees = 0.905): each
-/// explains what the other does, unless their held-out errors differ by more than the noise floor is
-/// uncertain by (kUncertainFloor). Without it the pair of Stribeck friction and lag that `experiment plan`
-/// resolves is not listed.
-inline constexpr double kSameDirection_deg = 18.0;
-
 /// How well a log separates one effect from another.
 struct Separation {
   std::string effect;

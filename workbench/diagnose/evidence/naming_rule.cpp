@@ -49,6 +49,20 @@ bool is_better(const SelectionContext& context, const Explanation& one, const Ex
   return context.criterion.difference(one.model, other.model) < 0.0;
 }
 
+bool is_named_over(const SelectionContext& context, const Explanation& one, const Explanation& other) {
+  if (suffices(context, other, one)) return false;
+  const auto lowered = [](const Explanation& before, const Explanation& after) {
+    return reduction(before.model.block_squared_error, after.model.block_squared_error);
+  };
+  const bool leaves_less = is_special_case(one, other) ? !is_above_chance(lowered(one, other))
+                                                       : is_significant(lowered(other, one));
+  return leaves_less && is_supported(context.criterion.difference(one.model, other.model));
+}
+
+bool is_tie(const SelectionContext& context, const Explanation& one, const Explanation& other) {
+  return !is_named_over(context, one, other) && !is_named_over(context, other, one);
+}
+
 void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>& all) {
   if (all.size() < 2) return;
   std::vector<const FittedModel*> models;

@@ -30,6 +30,16 @@ struct SelectionContext {
 /// held-out error by the share that is worth a name.
 bool is_better(const SelectionContext& context, const Explanation& one, const Explanation& other);
 
+/// Whether the log names the effect that `one` has and `other` has not, in its place: it supports the one
+/// against the other (is_supported()), and the held-out error falls as it does with an effect that is named
+/// (is_significant()). A general effect imitates its special case, which therefore leaves no lower error:
+/// that is named where the general one does not lower the error by more than the standard error of that.
+bool is_named_over(const SelectionContext& context, const Explanation& one, const Explanation& other);
+
+/// Whether the log cannot tell two effects apart, by explanations that differ only in them: it names neither
+/// over the other. The one definition of a tie.
+bool is_tie(const SelectionContext& context, const Explanation& one, const Explanation& other);
+
 /// Puts the explanation that is better than all others first, then the others by their criterion.
 void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>& all);
 

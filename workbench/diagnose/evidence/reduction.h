@@ -38,10 +38,15 @@ struct Reduction {
 /// and Stein 1981).
 Reduction reduction(const std::vector<double>& before, const std::vector<double>& after);
 
-/// Whether a reduction is worth a name and larger than its standard error (the one-standard-error rule: of
-/// models whose errors differ by less the simplest; Breiman, Friedman, Olshen, Stone 1984, section 3.4.3).
+/// Whether a reduction is larger than its standard error (the one-standard-error rule: of models whose errors
+/// differ by less the simplest; Breiman, Friedman, Olshen, Stone 1984, section 3.4.3).
+inline bool is_above_chance(const Reduction& reduction) {
+  return reduction.value > reduction.standard_error;
+}
+
+/// Whether a reduction is worth a name and larger than its standard error.
 inline bool is_significant(const Reduction& reduction) {
-  return reduction.value > kLeastReduction && reduction.value > reduction.standard_error;
+  return reduction.value > kLeastReduction && is_above_chance(reduction);
 }
 
 /// The reduction of an rms if some rows had no more energy than expected: they hold the share `energy` of the

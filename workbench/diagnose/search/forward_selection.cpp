@@ -16,9 +16,6 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Without a search: the shapes are those from which it would begin.
-constexpr SearchEffort kUnmoved{0, kRefinement.tolerance};
-
 /// Whether the effect has the same column as one in the model; or cannot occur, because the log declares a
 /// mass of zero (inertia is not part of its force), so that neither payload nor resonance can be seen.
 bool is_redundant(const Measurement& measurement, const Terms& terms, const EffectDescription& effect) {

@@ -23,6 +23,9 @@ struct Attempt {
 /// for the best of them and 15 or 20 afterwards did.
 inline constexpr SearchEffort kRefinement{20, kFirstLook.tolerance};
 
+/// Without a search: the shapes are those from which it would begin.
+inline constexpr SearchEffort kUnmoved{0, kRefinement.tolerance};
+
 /// Tries every candidate on top of every explanation of `beam`; the lowest error first. `alone`: the trials
 /// on the baseline, whose shapes are the starting values, searched for the `searched` attempts that leave
 /// least with them; null on the first level, which searches all of them globally. The attempts point into

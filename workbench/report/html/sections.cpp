@@ -209,7 +209,7 @@ std::string reasons_html(const json& data) {
     cells += reason_cell("Evidence", text_at(several ? steps[1] : best, "evidence"));
     cells += reason_cell("Usual cause", text_at(best, "cause"));
     cells += reason_cell("Experiment that confirms it", text_at(best, "confirm_with"));
-    cells += reason_cell("This log cannot distinguish it from", confounders_text(data, best));
+    cells += reason_cell("This log cannot tell it from", confounders_text(data, best));
   }
   const json& unexplained = member(data, "unexplained");
   if (const std::string left = text_at(unexplained, "description"); !left.empty()) {

@@ -23,7 +23,7 @@ std::string masthead_html(const nlohmann::json& data);
 /// The headline, the key figures, and beside them the falling error as a waterfall.
 std::string verdict_html(const nlohmann::json& data, FigureNumbers& figures);
 
-/// Evidence, usual cause, confirming experiment and confounders of the first candidate, or what is left
+/// Evidence, usual cause, confirming experiment and ties of the first candidate, or what is left
 /// unexplained.
 std::string reasons_html(const nlohmann::json& data);
 

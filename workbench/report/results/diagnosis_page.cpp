@@ -61,20 +61,20 @@ json cannot_show_table(const json& result) {
                     std::move(rows));
 }
 
-json cannot_separate_table(const json& result) {
+json ties_table(const json& result) {
   json rows = json::array();
   for (const json& pair : result["cannot_separate"]) {
     rows.push_back({heading_of(result, pair["effect"]), heading_of(result, pair["other"]),
                     fmt::format("{:.1f}°", number_of(pair["angle_deg"]))});
   }
-  return table_json("What this log cannot separate",
-                    {{"Effect", false}, {"From", false}, {"Angle between their forces", true}},
+  return table_json("What this log cannot tell apart",
+                    {{"Effect", false}, {"Cannot be told from", false}, {"Angle between their forces", true}},
                     std::move(rows));
 }
 
 void add_limits(json& page, const DiagnosisResult& result, const EffectName& name) {
   if (!result.json["cannot_show"].empty()) page["tables"].push_back(cannot_show_table(result.json));
-  if (!result.json["cannot_separate"].empty()) page["tables"].push_back(cannot_separate_table(result.json));
+  if (!result.json["cannot_separate"].empty()) page["tables"].push_back(ties_table(result.json));
   if (!result.next) return;
   page["next_experiment"] = {{"why", sentence(reason_text(*result.next, name))},
                              {"command", result.json["next_experiment"]["command"]}};

@@ -78,7 +78,7 @@ json steps_json(const Diagnosis& diagnosis) {
   return list;
 }
 
-/// What this log cannot show, cannot separate, and the experiment that would.
+/// What this log cannot show, cannot tell apart, and the experiment that would.
 void add_limits(json& result, const DiagnosisRequest& request, const Diagnosis& diagnosis,
                 const std::optional<NextExperiment>& next) {
   json cannot_show = json::array();

@@ -8,7 +8,7 @@
 
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
-#include "workbench/diagnose/detectability/separation.h"
+#include "workbench/diagnose/detectability/ties.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/report/criterion_note.h"
 #include "workbench/report/json_values.h"
@@ -104,7 +104,7 @@ std::string advice(const json& candidate) {
                      candidate["confirm_with"].get<std::string>());
 }
 
-/// What this log cannot show, what it cannot separate, and the next experiment.
+/// What this log cannot show, what it cannot tell apart, and the next experiment.
 std::string limits_text(const json& result) {
   std::string text;
   if (const json& cannot_show = result["cannot_show"]; !cannot_show.empty()) {
@@ -113,12 +113,9 @@ std::string limits_text(const json& result) {
     text += fmt::format("\nthis log cannot show   {}\n", fmt::join(ids, ", "));
   }
   for (const json& pair : result["cannot_separate"]) {
-    const double angle_deg = number_of(pair["angle_deg"]);
-    // Also forces that differ, each of a part of what is left, may lower the error alike.
-    text += fmt::format(
-        "{}cannot separate        {} from {}: {}{:.1f} degrees apart\n", text.empty() ? "\n" : "",
-        pair["effect"].get<std::string>(), pair["other"].get<std::string>(),
-        angle_deg < kSameDirection_deg ? "" : "they lower the error alike, with forces ", angle_deg);
+    text += fmt::format("{}this log {}\n", text.empty() ? "\n" : "",
+                        tie_text(pair["effect"].get<std::string>(), pair["other"].get<std::string>(),
+                                 number_of(pair["angle_deg"])));
   }
   if (const json& next = result["next_experiment"]; !next.is_null()) {
     text += fmt::format("\nnext experiment        {}:\n  {}\n", next["why"].get<std::string>(),

@@ -79,7 +79,7 @@ function others(rest) {
 function limits(found) {
   const parts = [];
   if (found.cannot_separate.length) {
-    parts.push(h('p', {}, 'This log cannot separate: ', found.cannot_separate.map((pair) => `${inSentence(shortTitle(titleOf(pair.effect)))} from ${inSentence(shortTitle(titleOf(pair.other)))}`).join('; '), '.'));
+    parts.push(h('p', {}, 'This log cannot tell ', found.cannot_separate.map((pair) => `${inSentence(shortTitle(titleOf(pair.effect)))} from ${inSentence(shortTitle(titleOf(pair.other)))}`).join('; '), '.'));
   }
   if (found.cannot_show.length) {
     parts.push(h('details', {}, h('summary', {}, found.cannot_show.length === 1 ? 'An effect that this log would not show' : `${found.cannot_show.length} effects that this log would not show`),
