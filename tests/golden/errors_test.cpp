@@ -2,13 +2,12 @@
 // The errors that a fit states are those of the model that it returns.
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tests/golden/shared_data.h"
+#include "workbench/base/axis_units.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 
@@ -18,7 +17,8 @@ namespace {
 const std::vector<std::string> kLogs{"hidden_effect/blind_1.csv", "hidden_effect/blind_2.csv",
                                      "hidden_effect/blind_3.csv", "hidden_effect/blind_4.csv",
                                      "hidden_effect/blind_5.csv", "hidden_effect/blind_6.csv",
-                                     "emps/emps_estimation.csv",  "tribometer/tribometer_loops.csv"};
+                                     "emps/emps_estimation.csv",  "tribometer/tribometer_loops.csv",
+                                     "odrive_cogging/odrive_0p1rev.csv"};
 
 /// Friction, inertia where the log declares no mass of zero, and further effects.
 Terms model_of(const Measurement& measurement, const std::vector<const EffectDescription*>& further) {
@@ -31,21 +31,21 @@ Terms model_of(const Measurement& measurement, const std::vector<const EffectDes
   return terms;
 }
 
-class StatedErrors : public testing::TestWithParam<std::string> {};
+/// Logs of rotary and of linear axes, each with its own units.
+class StatedErrors : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { forget_axis(); }
+  void TearDown() override { forget_axis(); }
+};
 
-bool multiplies(const EffectDescription& effect) {
-  return effect.acts_as(Acts::dry_scale) || effect.acts_as(Acts::total_scale);
-}
-
-/// Each effect that multiplies others, with two partners drawn at random from a fixed seed for each log.
-std::vector<std::pair<const EffectDescription*, const EffectDescription*>> pairs_of(const std::string& log) {
+/// All pairs of effects, in both orders of the model where one of them multiplies others.
+std::vector<std::pair<const EffectDescription*, const EffectDescription*>> all_pairs() {
   const auto& effects = catalogue();
-  std::mt19937_64 random(std::hash<std::string>{}(log));
   std::vector<std::pair<const EffectDescription*, const EffectDescription*>> pairs;
-  for (const EffectDescription& one : effects) {
-    for (int partner = 0; multiplies(one) && partner < 2; ++partner) {
-      const EffectDescription& other = effects[random() % effects.size()];
-      if (&other != &one) pairs.emplace_back(&one, &other);
+  for (std::size_t i = 0; i < effects.size(); ++i) {
+    for (std::size_t j = 0; j < effects.size(); ++j) {
+      const bool multiplies = effects[i].acts_as(Acts::dry_scale) || effects[i].acts_as(Acts::total_scale);
+      if (i < j || (i > j && multiplies)) pairs.emplace_back(&effects[i], &effects[j]);
     }
   }
   return pairs;
@@ -57,7 +57,7 @@ TEST_P(StatedErrors, AreThoseOfTheModel) {
   const auto path = shared_file(GetParam().c_str());
   SKIP_WITHOUT(path);
   const Measurement measurement = measured(path);
-  for (const auto& [one, other] : pairs_of(GetParam())) {
+  for (const auto& [one, other] : all_pairs()) {
     FittedModel fitted = fit_gains(measurement, model_of(measurement, {one, other}));
     judge_on_unseen_data(measurement, fitted);
     const Eigen::VectorXd left_N = measurement.force_N(measurement_dynamics_of(fitted.terms)) -
