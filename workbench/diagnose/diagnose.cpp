@@ -36,6 +36,7 @@ Step withheld_step(const Measurement& measurement, const SelectionContext& conte
   const std::string& id = withheld.added.back();
   return {id,
           known.holdout_rmse_N,
+          known.forward_rmse_N,
           known.block_squared_error,
           context.criterion.difference(known, best.model),
           evidence_of(known, id),

@@ -31,6 +31,7 @@ struct Candidate {
 struct Step {
   std::string effect;  ///< id of the effect that the step adds; "baseline" first
   double holdout_rmse_N = 0.0;
+  double forward_rmse_N = 0.0;  ///< of the last third of each log, predicted by a fit to the first two
   std::vector<double> block_squared_error;
   double criterion_difference = 0.0;  ///< against the step before; negative: better (evidence/criterion.h)
   std::string evidence;  ///< evidence for the effect, with its values in the model of all effects

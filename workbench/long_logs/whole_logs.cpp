@@ -267,6 +267,7 @@ void WholeLogs::judge(Diagnosis& diagnosis) {
   take_errors(diagnosis.explained, found[full - 1]);
   for (std::size_t s = 0; s < full; ++s) {
     diagnosis.steps[s].holdout_rmse_N = found[s].holdout_rmse_N;
+    diagnosis.steps[s].forward_rmse_N = found[s].forward_rmse_N;
     diagnosis.steps[s].block_squared_error = found[s].block_squared_error;
   }
   for (std::size_t c = 0; c < diagnosis.candidates.size(); ++c) {

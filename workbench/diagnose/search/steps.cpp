@@ -61,7 +61,7 @@ bool last_is_significant(const std::vector<Step>& steps) {
 
 void list_steps(const SelectionContext& context, const Explanation& best, Diagnosis& diagnosis) {
   const Measurement& measurement = context.measurement;
-  diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N,
+  diagnosis.steps.push_back({"baseline", diagnosis.baseline.holdout_rmse_N, diagnosis.baseline.forward_rmse_N,
                              diagnosis.baseline.block_squared_error, 0.0, "", diagnosis.baseline.terms});
   diagnosis.best = diagnosis.baseline;
   std::vector<std::string> order;
@@ -82,7 +82,8 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), kRefinement);
     if (i == 0 && !last) model = better_fit(std::move(model), fit_alone(measurement, diagnosis, order[0]));
     if (!last) judge_on_unseen_data(measurement, model);
-    diagnosis.steps.push_back({order[i], model.holdout_rmse_N, model.block_squared_error,
+    diagnosis.steps.push_back({order[i], model.holdout_rmse_N, model.forward_rmse_N,
+                               model.block_squared_error,
                                context.criterion.difference(model, before), evidence_of(known, order[i]),
                                model.terms});
     if (i == 0) diagnosis.best = model;

@@ -70,7 +70,9 @@ json candidates_json(const Diagnosis& diagnosis) {
 json steps_json(const Diagnosis& diagnosis) {
   json list = json::array();
   for (const Step& step : diagnosis.steps) {
-    list.push_back({{"effect", step.effect}, {"holdout_rmse_N", number_json(step.holdout_rmse_N)}});
+    list.push_back({{"effect", step.effect},
+                    {"holdout_rmse_N", number_json(step.holdout_rmse_N)},
+                    {"forward_rmse_N", number_json(step.forward_rmse_N)}});
     if (step.evidence.empty()) continue;
     list.back()["evidence"] = step.evidence;
     list.back()["criterion_difference"] = number_json(step.criterion_difference);

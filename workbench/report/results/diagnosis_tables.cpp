@@ -98,6 +98,14 @@ std::string interval_line(const json& result) {
   return text + " (95 %, block bootstrap)\n";
 }
 
+/// What blocks from all over a log do not show: what drifts.
+std::string forward_line(const json& steps) {
+  const auto forward = [](const json& step) { return newtons(number_of(step["forward_rmse_N"])); };
+  std::string text = fmt::format("forward    baseline {}", forward(steps.front()));
+  if (steps.size() > 1) text += fmt::format("; with all that is named {}", forward(steps.back()));
+  return text + "; in the last third of the log, predicted by a fit to the first two\n";
+}
+
 /// The usual cause of the first candidate, and the experiment that confirms it.
 std::string advice(const json& candidate) {
   return fmt::format("\nusual cause   {}\nconfirm with  {}\n", candidate["cause"].get<std::string>(),
@@ -135,7 +143,7 @@ std::string diagnosis_text(const DiagnosisRequest& request, const Measurement& m
   // Where several were chosen, the table of each alone does not show what they do together.
   if (request.stepwise || found["steps"].size() > 2) text += step_table(found);
   text += log_table(result.logs);
-  text += baseline_line(found) + interval_line(found);
+  text += baseline_line(found) + interval_line(found) + forward_line(found["steps"]);
   text += noise_line(measurement) + excerpt_line(measurement, "effects searched") + repair_lines(measurement);
   if (found.contains("best")) text += advice(found["candidates"].front());
   return text + limits_text(found);
