@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <iterator>
 #include <stdexcept>
 
@@ -43,16 +44,34 @@ std::string log_as_csv(const Axis& axis, const SimulatedLog& log) {
   return fmt::to_string(out);
 }
 
-void write_file(const std::string& path, const std::string& content) {
-  const std::string draft = path + ".part";
-  std::FILE* file = std::fopen(draft.c_str(), "wb");
-  if (file == nullptr) throw std::runtime_error(path + ": cannot write: " + std::strerror(errno));
+namespace {
+
+[[noreturn]] void fail(const std::string& path, int error) {
+  throw std::runtime_error(path + ": cannot write: " + std::strerror(error));
+}
+
+/// False with errno.
+bool write_whole(const std::string& path, const std::string& content) {
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (file == nullptr) return false;
   const bool written = std::fwrite(content.data(), 1, content.size(), file) == content.size();
   const bool closed = std::fclose(file) == 0;
-  if (written && closed && std::rename(draft.c_str(), path.c_str()) == 0) return;
-  const std::string reason = std::strerror(errno);
+  return written && closed;
+}
+
+}  // namespace
+
+void write_file(const std::string& path, const std::string& content) {
+  std::error_code none;
+  if (std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none)) {
+    if (!write_whole(path, content)) fail(path, errno);  // a device, a pipe: a rename would replace it
+    return;
+  }
+  const std::string draft = path + ".part";
+  if (write_whole(draft, content) && std::rename(draft.c_str(), path.c_str()) == 0) return;
+  const int error = errno;
   std::remove(draft.c_str());
-  throw std::runtime_error(path + ": cannot write: " + reason);
+  fail(path, error);
 }
 
 }  // namespace slipstack::sim

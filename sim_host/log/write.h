@@ -28,8 +28,8 @@ struct TruthContext {
 /// force_rms_N.
 std::string truth_as_json(const Axis& axis, const SimulatedLog& log, const TruthContext& context);
 
-/// Writes `content` beside the target and renames it, so that the target never exists half-written. Throws
-/// std::runtime_error with a reason.
+/// Writes `content` beside the target and renames it, so that the target never exists half-written; what is
+/// no regular file (a device, a pipe) is written itself. Throws std::runtime_error with a reason.
 void write_file(const std::string& path, const std::string& content);
 
 }  // namespace slipstack::sim

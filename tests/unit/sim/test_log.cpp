@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Logs: they repeat, their parts add up, and what is hidden can be seen.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 
@@ -201,6 +206,22 @@ TEST(Log, BurstSlipAndLineShowWhereTheyAre) {
   }
   EXPECT_GT(outside_N, 25.0);
   EXPECT_LE(outside_N, 50.0);
+}
+
+// Like /dev/null: a rename would put a file in its place.
+TEST(WriteFile, WritesIntoWhatIsNoRegularFile) {
+  const std::string pipe = testing::TempDir() + "write_file_pipe";
+  std::remove(pipe.c_str());
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDWR | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  write_file(pipe, "content");
+  std::string read_back(100, ' ');
+  const ssize_t count = read(reader, read_back.data(), read_back.size());
+  close(reader);
+  EXPECT_EQ(read_back.substr(0, count > 0 ? static_cast<std::size_t>(count) : 0), "content");
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+  std::remove(pipe.c_str());
 }
 
 }  // namespace
