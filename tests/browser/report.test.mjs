@@ -132,7 +132,7 @@ test('the verdict comes first and says what it costs', async () => {
     'What is left, and where', 'Parameters', 'How it was measured']);
   const why = (await page.locator('.why').textContent()).replace(/\u00a0/g, ' ');
   for (const text of [data.candidates[0].evidence, data.candidates[0].cause, data.candidates[0].confirm_with]) assert.ok(why.includes(text));
-  assert.ok(why.includes('cannot distinguish it from') && why.includes('motor constant ripple'));
+  assert.ok(why.includes('cannot tell it from') && why.includes('motor constant ripple'));
   await close();
 });
 

@@ -14,11 +14,10 @@
 namespace slipstack::workbench {
 namespace {
 
-const std::vector<std::string> kLogs{"hidden_effect/blind_1.csv", "hidden_effect/blind_2.csv",
-                                     "hidden_effect/blind_3.csv", "hidden_effect/blind_4.csv",
-                                     "hidden_effect/blind_5.csv", "hidden_effect/blind_6.csv",
-                                     "emps/emps_estimation.csv",  "tribometer/tribometer_loops.csv",
-                                     "odrive_cogging/odrive_0p1rev.csv"};
+const std::vector<std::string> kLogs{
+    "hidden_effect/blind_1.csv", "hidden_effect/blind_2.csv",       "hidden_effect/blind_3.csv",
+    "hidden_effect/blind_4.csv", "hidden_effect/blind_5.csv",       "hidden_effect/blind_6.csv",
+    "emps/emps_estimation.csv",  "tribometer/tribometer_loops.csv", "odrive_cogging/odrive_0p1rev.csv"};
 
 /// Friction, inertia where the log declares no mass of zero, and further effects.
 Terms model_of(const Measurement& measurement, const std::vector<const EffectDescription*>& further) {

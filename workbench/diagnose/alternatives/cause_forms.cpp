@@ -306,6 +306,7 @@ std::vector<const EffectDescription*> causes_to_try(const Measurement& measureme
 }
 
 double longest_blow_s(const Measurement& measurement) {
+  // Play is crossed within tens of milliseconds; a drive that resonates above 10 Hz rings for two periods.
   constexpr double kLongest_s = 0.2;
   return kLongest_s + 1.0 / measurement.bandwidth_Hz();
 }

@@ -199,6 +199,7 @@ std::vector<double> best_of(const Measurement& measurement, const FittedModel& m
 /// is missing in its residual. Within a period over the log to either side there is no other minimum.
 std::optional<std::vector<double>> frequency_of_line(const Measurement& measurement, const FittedModel& model,
                                                      const EffectDescription& cause) {
+  // To the minimum: with a first look the frequency was off by two half widths (docs/theory.md).
   constexpr SearchEffort kToTheEnd{60, 1e-9};
   const Structure strongest = line_at_rows(measurement, weighted_residual(measurement, model));
   if (!(strongest.where > 0.0)) return {};

@@ -63,8 +63,7 @@ class DescribedCause {
 
   /// How far the time of a change may be off, 95 % to either side: the distribution of the time at which a
   /// regression changes most (Bai 1997, Estimation of a change point in multiple regression models, section
-  /// IV; its quantile of 97.5 % for equal variances is 11.03 units of variance over squared change). The
-  /// variance is that of the mean residual, from the sums within blocks.
+  /// IV). The variance is that of the mean residual, from the sums within blocks.
   double time_half_width_s() const {
     const Eigen::VectorXd& weights = measurement_.fit_weights();
     const Eigen::VectorXd weighted = weights.cwiseProduct(model_.linearisation->residual_N());
@@ -77,7 +76,10 @@ class DescribedCause {
                                                       static_cast<Eigen::Index>(cause_.gains.size()));
     const double after = (change_N.array() != 0.0).cast<double>().sum();
     const double squared_change = change_N.squaredNorm() / std::max(after, 1.0);
-    const double rows = 11.03 * variance / std::max(squared_change, 1e-300) + 1.0;
+    // Quantile of 97.5 % for equal variances, in units of variance over squared change (Bai 1997, section
+    // IV).
+    constexpr double kQuantileOfChange = 11.03;
+    const double rows = kQuantileOfChange * variance / std::max(squared_change, 1e-300) + 1.0;
     return rows * static_cast<double>(measurement_.row_stride()) * measurement_.tick_s();
   }
 
@@ -204,8 +206,9 @@ KnotsOfCurve extreme_knots(const DescribedCause& cause) {
   const std::vector<double>& value_N = cause.term().gains;
   const auto count = static_cast<Eigen::Index>(value_N.size());
   const Eigen::VectorXd errors_N = cause.errors({}, Eigen::MatrixXd::Identity(count, count));
-  constexpr double kUsual = 4.0;  // times the median error; chosen
-  const double most_N = kUsual * median({errors_N.begin(), errors_N.end()});
+  // Times the median error: a knot that is known less well is none of the extremes. Chosen.
+  constexpr double kKnownKnot = 4.0;
+  const double most_N = kKnownKnot * median({errors_N.begin(), errors_N.end()});
   KnotsOfCurve extreme{-1, -1};
   for (std::ptrdiff_t knot = 0; knot < std::ssize(value_N); ++knot) {
     if (errors_N(knot) > most_N) continue;

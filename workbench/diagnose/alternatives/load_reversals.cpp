@@ -9,6 +9,7 @@
 namespace slipstack::workbench {
 namespace {
 
+/// A time since the last reversal before any [s]: beyond every knot.
 constexpr double kNever = 1e12;
 /// A change of sign counts when the force exceeds this share of the friction: noise of the acceleration would
 /// be many at standstill.

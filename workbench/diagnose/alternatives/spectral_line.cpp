@@ -140,7 +140,9 @@ double power_at(const Signal& signal, double frequency_Hz) {
 /// it: what repeats with a motion has a series of harmonics, of which one does not stand out like mains hum.
 /// Of dry friction (1, 1/3, 1/5 ...) the third harmonic would have 0.7.
 bool stands_out(const Signal& signal, double frequency_Hz, double period_s) {
+  // Harmonics to either side. Chosen.
   constexpr int kBeside = 4;
+  // Share of the power of all nine; the third harmonic of dry friction has 0.7. Chosen.
   constexpr double kNearlyAll = 0.95;
   const double own = power_at(signal, frequency_Hz);
   double beside = 0.0;
@@ -227,33 +229,34 @@ double encoder_line_N(const LogPart& part, double frequency_Hz) {
 
 /// Whether the signal has a line whatever the motion: as much of it at every speed. A force that depends on
 /// the position is a line too where the speed is always the same, and a motion that repeats gives it one
-/// phase; but it is none while the axis stands or is faster. The samples are dealt to `kSpeeds` groups of as
+/// phase; but it is none while the axis stands or is faster. The samples are dealt to `kGroups` groups of as
 /// many each, by their speed; in each group the line needs the share `kMajority` of its amplitude at least,
 /// less two standard errors.
 bool is_there_at_every_speed(std::span<const double> signal, std::span<const double> velocity_mps,
                              double cycles_per_sample) {
-  constexpr std::size_t kSpeeds = 4;
+  // From standstill to the fastest, with as many samples each. Chosen.
+  constexpr std::size_t kGroups = 4;
   std::vector<std::size_t> order(signal.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::abs(velocity_mps[a]) < std::abs(velocity_mps[b]);
   });
-  std::array<std::complex<double>, kSpeeds> of_group{};
-  std::array<double, kSpeeds> squares{};
+  std::array<std::complex<double>, kGroups> of_group{};
+  std::array<double, kGroups> squares{};
   std::complex<double> whole;
   for (std::size_t rank = 0; rank < order.size(); ++rank) {
     const std::size_t i = order[rank];
     const std::complex<double> turned =
         signal[i] * std::polar(1.0, -2.0 * std::numbers::pi * cycles_per_sample * static_cast<double>(i));
-    of_group[rank * kSpeeds / order.size()] += turned;
-    squares[rank * kSpeeds / order.size()] += std::norm(turned);
+    of_group[rank * kGroups / order.size()] += turned;
+    squares[rank * kGroups / order.size()] += std::norm(turned);
     whole += turned;
   }
   const double amplitude = std::max(std::abs(whole), 1e-300);
-  for (std::size_t group = 0; group < kSpeeds; ++group) {
+  for (std::size_t group = 0; group < kGroups; ++group) {
     const double in_phase = std::real(of_group[group] * std::conj(whole)) / amplitude;
     const double error = std::sqrt(0.5 * squares[group]);
-    if (in_phase + 2.0 * error < kMajority * amplitude / static_cast<double>(kSpeeds)) return false;
+    if (in_phase + 2.0 * error < kMajority * amplitude / static_cast<double>(kGroups)) return false;
   }
   return true;
 }

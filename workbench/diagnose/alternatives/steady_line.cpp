@@ -51,8 +51,8 @@ class Intervals {
   Complex part(std::size_t k, std::size_t i) const { return transforms_[i][k] / rms_[i]; }
 
  private:
-  static constexpr std::size_t kShortest = 16;
-  static constexpr std::size_t kHalfLobe = 2;  // of a Hann window, in bins (Harris 1978)
+  static constexpr std::size_t kShortest = 16;  // samples of an interval; shorter ones are mostly lobe
+  static constexpr std::size_t kHalfLobe = 2;   // of a Hann window, in bins (Harris 1978)
 
   double rate_Hz_;
   std::size_t length_;

@@ -175,7 +175,7 @@ std::string tie_text(const std::string& effect, const std::vector<std::string>& 
 }
 
 std::string tie_text(const std::string& effect, const std::string& other, double angle_deg) {
-  return fmt::format("{}: forces {:.1f} degrees apart", tie_text(effect, {other}), angle_deg);
+  return fmt::format("{} (forces {:.1f} degrees apart)", tie_text(effect, {other}), angle_deg);
 }
 
 }  // namespace slipstack::workbench

@@ -17,6 +17,7 @@
 namespace slipstack::workbench {
 
 bool has_no_true_gap(const FittedModel& model) {
+  // Of the mass of the axis, of which a part is behind a gap, found to a quarter (kErrorOfGap). Chosen.
   constexpr double kMostOfMass = 1.5;
   const Term* const gap = find_cause(model.terms, CauseForm::gap_in_drive);
   if (gap == nullptr) return false;
@@ -29,6 +30,7 @@ bool has_no_true_gap(const FittedModel& model) {
 bool has_no_true_friction_ripple(const Measurement& measurement, const FittedModel& model) {
   const Term* const ripple = find_cause(model.terms, CauseForm::friction_ripple);
   if (ripple == nullptr) return false;
+  // Of the map over the travel: what it can follow is no friction that repeats.
   constexpr double kValues = kPreloadMapSplines;
   if (ripple->shapes[0] > 4.0 / kValues * value_range(measurement.position_m()).length()) return true;
   if (find_cause(model.terms, CauseForm::second_ripple) != nullptr) return false;

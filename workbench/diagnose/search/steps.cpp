@@ -83,9 +83,8 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
     if (i == 0 && !last) model = better_fit(std::move(model), fit_alone(measurement, diagnosis, order[0]));
     if (!last) judge_on_unseen_data(measurement, model);
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, model.forward_rmse_N,
-                               model.block_squared_error,
-                               context.criterion.difference(model, before), evidence_of(known, order[i]),
-                               model.terms});
+                               model.block_squared_error, context.criterion.difference(model, before),
+                               evidence_of(known, order[i]), model.terms});
     if (i == 0) diagnosis.best = model;
     before = std::move(model);
   }
