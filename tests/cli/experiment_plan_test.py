@@ -172,11 +172,11 @@ class Plan(program.Workshop):
         double = program.published(self.assert_done(*plan, "one.csv", "two.csv", "--limits", f"velocity=0.3,acceleration=1,jerk=50,current={60 / constant}").stdout)
         self.assertAlmostEqual(double["summary"]["limits"]["force_N"], 60, places=4)
         self.assertLessEqual(double["summary"]["force_N"], 60)
-        # Twice the data: the evidence grows by about as much.
+        # A copy of a log is no further evidence: what the form of a model leaves of it is the same.
         key = [(row["effect"], row["other"]) for row in single["evidence"]].index(("viscous", "nothing"))
         ratio = double["evidence"][key]["log_evidence"] / single["evidence"][key]["log_evidence"]
-        self.assertGreater(ratio, 1.5)
-        self.assertLess(ratio, 2.6)
+        self.assertGreater(ratio, 0.5)
+        self.assertLess(ratio, 1.5)
         self.assert_refused(["experiment", "plan", "--for", "viscous", "--log", "bare.csv", "--limits", "current=2", "--out",
                              "s.csv"],
                             "motor constant")

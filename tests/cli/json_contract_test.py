@@ -130,11 +130,12 @@ class Contract(program.Workshop):
         result = self.result("diagnose", self.stock / "two.csv", "--stepwise")
         steps = result["steps"]
         for step in steps:
-            self.assert_keys(step, {"effect": str, "holdout_rmse_N": float},
+            self.assert_keys(step, {"effect": str, "holdout_rmse_N": float, "forward_rmse_N": float},
                              also=[] if step is steps[0] else ["criterion_difference", "evidence"])
             if step is not steps[0]:
                 self.assertLess(step["criterion_difference"], 0.0)
-        self.assertEqual(steps[0], {"effect": "baseline", "holdout_rmse_N": result["baseline"]["holdout_rmse_N"]})
+        self.assertEqual(steps[0], {"effect": "baseline", **{key: result["baseline"][key]
+                                                             for key in ("holdout_rmse_N", "forward_rmse_N")}})
         self.assertGreaterEqual(len(steps), 3)
         errors = [step["holdout_rmse_N"] for step in steps]
         self.assertEqual(errors, sorted(errors, reverse=True))

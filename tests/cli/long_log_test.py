@@ -74,7 +74,7 @@ class LongLog(program.Workshop):
 
     @program.long
     def test_a_plan_uses_the_travel_of_the_whole_log(self):
-        found = json.loads(self.assert_done("experiment", "plan", "--log", self.stock / "long.csv", "--for", "stribeck,frictional_lag", "--seconds", "60",
+        found = json.loads(self.assert_done("experiment", "plan", "--log", self.stock / "long.csv", "--for", "stribeck,frictional_lag", "--seconds", "120",
                                             "--out", "plan.csv", "--json", "-").stdout)
         rows = (self.stock / "long.csv").read_text().splitlines()[HEADER:]
         position_m = [float(row.split(",")[1]) for row in rows]

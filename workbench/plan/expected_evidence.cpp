@@ -52,8 +52,10 @@ std::vector<ExpectedEvidence> evidence_of(const Information& information, const 
   const auto put = [&](std::size_t i, const std::string& other, const Information::Figure& figure,
                        const Complexity& in_its_place) {
     const double n = std::max(figure.rows, 2.0);
+    // That the other has more parameters speaks for the effect whatever the motion: no evidence of a motion.
+    const double more = std::max(0.0, with[i].cost(n) - in_its_place.cost(n));
     all.push_back({effects[i].id(), other, figure.angle_deg, figure.chi_squared,
-                   n * std::log1p(figure.chi_squared / n) - with[i].cost(n) + in_its_place.cost(n)});
+                   n * std::log1p(figure.chi_squared / n) - more});
   };
   for (std::size_t i = 0; i < effects.size(); ++i) {
     put(i, "", information.alone(i), base);

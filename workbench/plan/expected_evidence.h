@@ -17,6 +17,7 @@ struct ExpectedEvidence {
   double chi_squared = 0.0;
   /// How much the criterion of the model with the effect is expected to be below that of the model without
   /// it, or with the other in its place (diagnose/evidence/criterion.h), if the axis has the effect.
+  /// Without what speaks for it because the other has more parameters.
   double evidence = 0.0;
 };
 

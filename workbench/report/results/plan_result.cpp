@@ -104,7 +104,7 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
   result.detail =
       "Evidence is how much the effect is expected to lower the criterion of diagnose, without a unit, if "
       "the axis has it: above 10 it is decisive, below 0 the other would be named. An effect that contains "
-      "another can always imitate it, with more parameters.";
+      "another can always imitate it.";
   if (known.measurement) {
     result.detail +=
         " What the log did is what it has surely done, beyond noise and encoder steps; its force by the "
