@@ -23,6 +23,9 @@ class InputWarnings(program.Workshop):
         if warnings:  # a motion is no remedy for wrong units
             self.assertIsNone(found.get("next_experiment"))
             self.assertNotIn("next experiment", done.stdout.decode())
+            if command[0] == "diagnose":  # effects of a model fitted to such an input are no findings
+                self.assertEqual(found["verdict"], "unexplained")
+                self.assertEqual(found["unexplained"]["description"], warnings[0]["what"])
         for line, warning in zip(lines, warnings):
             self.assertEqual(line, "warning    " + warning["what"])
             self.assertIn(warning["what"][:40], (self.here / "found.html").read_text())

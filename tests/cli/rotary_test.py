@@ -138,7 +138,7 @@ class Rotary(program.Workshop):
                  for line in (self.here / "r.csv").read_text().splitlines()]
         (self.here / "deg.csv").write_text("\n".join(lines) + "\n")
         detail = self.done("diagnose", "deg.csv").splitlines()[2]
-        self.assertIn("moment of inertia", detail)
+        self.assertIn("inertia in the torque", detail)
         self.assertNotRegex(detail, r"\b(mass|force)\b")
 
     def test_every_command_has_the_units_of_the_axis(self):

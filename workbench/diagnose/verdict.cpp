@@ -22,6 +22,7 @@
 #include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/measurement/plausibility.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 
 namespace slipstack::workbench {
@@ -219,6 +220,17 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
   diagnosis.verdict = diagnosis.unexplained ? Verdict::unexplained : Verdict::complete;
 }
 
+/// An input that contradicts physics is reported first: effects of a model that was fitted to it are no
+/// findings, whatever they explain.
+void judge_input(const Measurement& measurement, Diagnosis& diagnosis) {
+  const std::vector<InputWarning> warnings = input_warnings(measurement);
+  if (warnings.empty()) return;
+  Structure cause{Coordinate::acceleration, 0.0, 0.0, warnings.front().what,
+                  weighted_residual(measurement, diagnosis.baseline)};
+  diagnosis.unexplained = std::move(cause);
+  diagnosis.verdict = Verdict::unexplained;
+}
+
 }  // namespace
 
 void judge(const Measurement& measurement, Diagnosis& diagnosis) {
@@ -228,11 +240,12 @@ void judge(const Measurement& measurement, Diagnosis& diagnosis) {
     judge_beside_causes(measurement, diagnosis);
   }
   auto lost = lost_counts(measurement);
-  if (!lost) return;
+  if (!lost) return judge_input(measurement, diagnosis);
   // Jumps are reported first: any dependence on the position may be caused by them.
   if (diagnosis.unexplained) lost->description += "; besides, " + diagnosis.unexplained->description;
   diagnosis.unexplained = std::move(lost);
   if (diagnosis.verdict == Verdict::complete) diagnosis.verdict = Verdict::unexplained;
+  judge_input(measurement, diagnosis);
 }
 
 }  // namespace slipstack::workbench
