@@ -180,7 +180,11 @@ class Rotary(program.Workshop):
 
     def test_files_of_two_kinds_of_axis_are_refused(self):
         self.write("r.csv", 1.0)
-        self.done("fit", "r.csv", "--effects", program.BASELINE, "--model", "r.toml")
+        fitted = self.done("fit", "r.csv", "--effects", program.BASELINE, "--model", "r.toml")
+        compared = self.done("compare", "r.csv", "--model", "r.toml")
+        for told in (fitted, compared):
+            self.assertIn("of the torque; noise floor", told)
+            self.assertNotRegex(told, r"\b1 elements\b")
         kinds = "give files of one axis"
         self.assertIn(kinds, self.refused("compare", "r.csv", "--model", "good.toml"))
         self.assertIn(kinds, self.refused("compare", "good.csv", "--model", "r.toml"))

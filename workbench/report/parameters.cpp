@@ -13,6 +13,7 @@
 #include "workbench/estimate/uncertainty/friction_each_way.h"
 #include "workbench/model/effect_adapters/shape_parameter.h"
 #include "workbench/report/json_values.h"
+#include "workbench/report/texts.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -158,7 +159,8 @@ std::string parameter_table(const Terms& terms) {
         const double level_N = hysteresis_level_N(term, set);
         const double error_N = term.level_standard_error_N(set);
         text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(),
-                            fmt::format("level of {} elements{}", used, of_log(term, set * count)),
+                            fmt::format("level of {}{}", counted(static_cast<std::size_t>(used), "element"),
+                                        of_log(term, set * count)),
                             quantity(level_N, "N", digits_known(level_N, error_N)),
                             error_N > 0.0 ? quantity(error_N, "N") : "not determined");
       }

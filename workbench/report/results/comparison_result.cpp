@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/base/text.h"
 #include "workbench/diagnose/alternatives/structure.h"
 #include "workbench/report/json_values.h"
@@ -33,12 +34,12 @@ std::string dependence_of(const Measurement& measurement, const Eigen::VectorXd&
 
 std::string comparison_text(const Measurement& measurement, const ComparisonResult& result) {
   return fmt::format(
-             "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the force; "
-             "noise "
-             "floor {}\n{}\n",
+             "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the {}; "
+             "noise floor {}\n{}\n",
              printable(result.log), printable(result.model_path), hash_text(result.model),
              fmt::join(ids_of(result.model.terms), ", "), newtons(result.rmse_N),
-             share(result.relative_error), newtons(result.noise_floor_N), sentence(result.left)) +
+             share(result.relative_error), force_word(), newtons(result.noise_floor_N),
+             sentence(result.left)) +
          excerpt_line(measurement, "noise floor and what is left seen") + repair_lines(measurement) +
          log_table(result.logs);
 }
@@ -64,9 +65,9 @@ json comparison_page(const Measurement& measurement, const ComparisonResult& res
   json page = report_base(result.command_line, result.log, "compare");
   page["verdict"] = {
       {"kind", "comparison"},
-      {"headline",
-       fmt::format("The model misses the measured force by {} rms, {} of it; the noise floor is {}.",
-                   newtons(result.rmse_N), share(result.relative_error), newtons(result.noise_floor_N))},
+      {"headline", fmt::format("The model misses the measured {} by {} rms, {} of it; the noise floor is {}.",
+                               force_word(), newtons(result.rmse_N), share(result.relative_error),
+                               newtons(result.noise_floor_N))},
       {"detail", sentence(result.left)}};
   page["figures"] = {{"noise_floor_N", number_json(result.noise_floor_N)},
                      {"train_rmse_N", number_json(result.rmse_N)},

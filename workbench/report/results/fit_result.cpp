@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/report/fit_quality.h"
@@ -23,9 +24,9 @@ namespace {
 std::string outlier_line(const FitResult& result) {
   if (result.outliers == 0) return "";
   return fmt::format(
-      "outliers   {} instants beyond five robust standard deviations pull no more than at five (Huber), the "
+      "outliers   {} beyond five robust standard deviations pull no more than at five (Huber), the "
       "first at {:.3f} s\n",
-      result.outliers, result.first_outlier_s);
+      counted(result.outliers, "instant"), result.first_outlier_s);
 }
 
 /// What blocks from all over a log do not show: friction that drifts.
@@ -37,17 +38,18 @@ std::string forward_line(const FittedModel& fitted) {
 /// Both criteria side by side.
 std::string criteria_table(const SimulationFit& fit) {
   std::string text = fmt::format(
-      "criterion  simulation: {} parameters refined in {} runs of {} from the force alone{}\n\n{:<32} {:>18} "
+      "criterion  simulation: {} parameters refined in {} runs of {} from the {} alone{}\n\n{:<32} {:>18} "
       "{:>18}\n",
-      fit.parameters, fit.runs, quantity(fit.run_s, "s"), fit.converged ? "" : "; not converged", "error",
-      "inverse dynamics", "simulation");
-  const auto row = [&](const char* name, double CriterionErrors::*error, const auto& shown) {
+      fit.parameters, fit.runs, quantity(fit.run_s, "s"), force_word(),
+      fit.converged ? "" : "; not converged", "error", "inverse dynamics", "simulation");
+  const auto row = [&](const std::string& name, double CriterionErrors::*error, const auto& shown) {
     text += fmt::format("{:<32} {:>18} {:>18}\n", name, shown(fit.inverse_dynamics.*error),
                         shown(fit.simulation.*error));
   };
-  row("force in sample", &CriterionErrors::force_N, newtons);
-  row("force held out", &CriterionErrors::held_out_force_N, newtons);
-  row("force forward", &CriterionErrors::forward_force_N, newtons);
+  const std::string force = force_word();
+  row(force + " in sample", &CriterionErrors::force_N, newtons);
+  row(force + " held out", &CriterionErrors::held_out_force_N, newtons);
+  row(force + " forward", &CriterionErrors::forward_force_N, newtons);
   row("position in sample, whole log", &CriterionErrors::position_m, machine_length);
   row("position held out, each run", &CriterionErrors::held_out_position_m, machine_length);
   row("position forward, last third", &CriterionErrors::forward_position_m, machine_length);
@@ -79,9 +81,9 @@ std::string fit_text(const Measurement& measurement, const FitResult& result) {
   return warning_lines(result.warnings) +
          fmt::format("log        {}\neffects    {}\n", printable(result.log),
                      fmt::join(result.effects, ", ")) +
-         fmt::format("error      {} held out ({}), {} in sample, {} of the force; noise floor {}\n",
+         fmt::format("error      {} held out ({}), {} in sample, {} of the {}; noise floor {}\n",
                      newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
-                     share(fitted.relative_error), newtons(result.noise_floor_N)) +
+                     share(fitted.relative_error), force_word(), newtons(result.noise_floor_N)) +
          forward_line(fitted) + noise_line(measurement) + excerpt_line(measurement, "shapes fitted") +
          repair_lines(measurement) + outlier_line(result) +
          (result.simulation ? criteria_table(*result.simulation) : "") + log_table(result.logs) +

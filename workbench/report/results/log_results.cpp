@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/base/text.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/texts.h"
@@ -84,22 +85,24 @@ void add_logs(json& report, const std::vector<LogResult>& logs) {
                     newtons(held_out ? one.holdout_rmse_N : one.rmse_N), newtons(one.noise_floor_N),
                     share(one.relative_error)});
   }
-  const auto column = [](const char* heading, bool number) {
+  const auto column = [](const std::string& heading, bool number) {
     return json{{"heading", heading}, {"unit", ""}, {"number", number}};
   };
-  report["tables"].push_back({{"title", "The logs one by one"},
-                              {"columns",
-                               {column("", true), column("Log", false), column("Samples", true),
-                                column(held_out ? "Held-out error" : "Error", true),
-                                column("Noise floor", true), column("Relative force error", true)}},
-                              {"rows", rows}});
+  report["tables"].push_back(
+      {{"title", "The logs one by one"},
+       {"columns",
+        {column("", true), column("Log", false), column("Samples", true),
+         column(held_out ? "Held-out error" : "Error", true), column("Noise floor", true),
+         column(fmt::format("Relative {} error", force_word()), true)}},
+       {"rows", rows}});
 }
 
 std::string log_table(const std::vector<LogResult>& logs) {
   if (logs.size() < 2) return "";
   const bool held_out = logs.front().holdout_rmse_N > 0.0;
-  std::string text = fmt::format("\n{:<32} {:>9} {:>14} {:>14} {:>9}\n", "log", "samples",
-                                 held_out ? "held-out error" : "error", "noise floor", "of force");
+  std::string text =
+      fmt::format("\n{:<32} {:>9} {:>14} {:>14} {:>9}\n", "log", "samples",
+                  held_out ? "held-out error" : "error", "noise floor", fmt::format("of {}", force_word()));
   for (std::size_t i = 0; i < logs.size(); ++i) {
     const LogResult& one = logs[i];
     text +=

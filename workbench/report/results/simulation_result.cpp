@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/model_notes.h"
@@ -52,8 +53,8 @@ ExperimentResult open_loop_result(const std::string& model_path, const Model& mo
   result.setup = fmt::format("{}, hash {}, on {}", model_path, hash_text(model), log);
   const double duration_s = static_cast<double>(found.position_m.size()) / rate_Hz;
   result.headline =
-      fmt::format("From the measured force alone the model follows the position within {} rms over {:.3g} s.",
-                  machine_length(found.rmse_m), duration_s);
+      fmt::format("From the measured {} alone the model follows the position within {} rms over {:.3g} s.",
+                  force_word(), machine_length(found.rmse_m), duration_s);
   result.detail = fmt::format(
       "Largest error {}, at the end {}; {:.2f} % of the motion is followed. Open loop: nothing "
       "measured corrects it after the start, so errors of the force add up twice.",
