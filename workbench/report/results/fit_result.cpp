@@ -26,7 +26,7 @@ std::string outlier_line(const FitResult& result) {
   return fmt::format(
       "outliers   {} beyond five robust standard deviations pull no more than at five (Huber), the "
       "first at {:.3f} s\n",
-      counted(result.outliers, "instant"), result.first_outlier_s);
+      counted(static_cast<std::size_t>(result.outliers), "instant"), result.first_outlier_s);
 }
 
 /// What blocks from all over a log do not show: friction that drifts.
