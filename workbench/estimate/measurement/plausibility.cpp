@@ -242,8 +242,9 @@ std::optional<InputWarning> wrong_units(const Measurement& measurement, const Mo
     if (off > one.tolerance || off < 1.0 / one.tolerance) continue;
     return InputWarning{
         "units",
-        fmt::format("the inertia in the {} is {:.3g} times the declared {}, as with {}; check the units",
-                    force_word(), ratio.value, axis_key("mass_kg"), one.what)};
+        fmt::format(
+            "the inertia in the {0} is {1:.3g} times the declared {2}, as with {3}; check {2} and the units",
+            force_word(), ratio.value, axis_key("mass_kg"), one.what)};
   }
   return {};
 }
