@@ -239,12 +239,12 @@ void judge(const Measurement& measurement, Diagnosis& diagnosis) {
   } else {
     judge_beside_causes(measurement, diagnosis);
   }
-  auto lost = lost_counts(measurement);
-  if (!lost) return judge_input(measurement, diagnosis);
-  // Jumps are reported first: any dependence on the position may be caused by them.
-  if (diagnosis.unexplained) lost->description += "; besides, " + diagnosis.unexplained->description;
-  diagnosis.unexplained = std::move(lost);
-  if (diagnosis.verdict == Verdict::complete) diagnosis.verdict = Verdict::unexplained;
+  if (auto lost = lost_counts(measurement)) {
+    // Jumps are reported first: any dependence on the position may be caused by them.
+    if (diagnosis.unexplained) lost->description += "; besides, " + diagnosis.unexplained->description;
+    diagnosis.unexplained = std::move(lost);
+    if (diagnosis.verdict == Verdict::complete) diagnosis.verdict = Verdict::unexplained;
+  }
   judge_input(measurement, diagnosis);
 }
 
