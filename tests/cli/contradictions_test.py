@@ -193,7 +193,7 @@ class Ties:
 
     def check_list(self):
         """The list in the text has the pairs of the JSON, and the next experiment is for one of them."""
-        told = re.findall(r"^this log cannot tell (\w+) from (\w+) \(forces [\d.]+ degrees apart\)$", self.text, re.MULTILINE)
+        told = re.findall(r"^this log cannot tell (\w+) from (\w+) \((?:force|torque)s [\d.]+ degrees apart\)$", self.text, re.MULTILINE)
         self.test.assertEqual([frozenset(pair) for pair in told], self.pairs)
         following = self.found["next_experiment"]
         asked = re.match(r"this log cannot tell (\w+) from (\w+) \(", following["why"]) if following else None

@@ -56,7 +56,9 @@ TEST_P(StatedErrors, AreThoseOfTheModel) {
   const auto path = shared_file(GetParam().c_str());
   SKIP_WITHOUT(path);
   const Measurement measurement = measured(path);
-  for (const auto& [one, other] : all_pairs()) {
+  const auto pairs = all_pairs();
+  std::size_t unfinished = 0;
+  for (const auto& [one, other] : pairs) {
     FittedModel fitted = fit_gains(measurement, model_of(measurement, {one, other}));
     judge_on_unseen_data(measurement, fitted);
     const Eigen::VectorXd left_N = measurement.force_N(measurement_dynamics_of(fitted.terms)) -
@@ -67,13 +69,15 @@ TEST_P(StatedErrors, AreThoseOfTheModel) {
     if (one->shapes.empty() && other->shapes.empty()) {
       EXPECT_GE(fitted.holdout_rmse_N, 0.97 * fitted.train_rmse_N) << names;
     }
-    // A fit that starts there finds no lower error. The damped steps are slow where a ripple is nearly
-    // another effect (no mass, hardly any travel): on the tribometer 40 of them leave 1 % with Stribeck
-    // friction, and 12 % with a motor constant that repeats.
-    const bool ripple = one->has_shape(ShapeKind::pitch) || other->has_shape(ShapeKind::pitch);
+    // A fit that starts there finds no lower error, or it was said that it may.
     const FittedModel again = fit_gains(measurement, fitted.terms, &fitted);
-    EXPECT_GT(again.train_rmse_N, (ripple ? 0.85 : 0.995) * fitted.train_rmse_N) << names;
+    if (fitted.converged) {
+      EXPECT_GT(again.train_rmse_N, 0.995 * fitted.train_rmse_N) << names;
+    } else {
+      ++unfinished;
+    }
   }
+  EXPECT_LE(50 * unfinished, pairs.size());
 }
 
 std::string name_of_log(const testing::TestParamInfo<std::string>& info) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "workbench/base/axis_words.h"
@@ -84,7 +85,7 @@ std::vector<Interval> joined(std::vector<Interval> intervals, std::size_t apart)
   return all;
 }
 
-void cut(const Log& log, const std::vector<Interval>& intervals, const char* why, Repairs& repairs) {
+void cut(const Log& log, const std::vector<Interval>& intervals, const std::string& why, Repairs& repairs) {
   if (intervals.empty()) return;
   repairs.notes.push_back(fmt::format("{:.3g} s left out in {} {}, the first at {}: {}",
                                       static_cast<double>(samples_in(intervals)) / log.sample_rate_Hz,
@@ -200,7 +201,7 @@ void repair_force(Log& log, double noise_N, Repairs& repairs) {
   const double least_noise_N = noise_N > 0.0 ? std::max(noise_N, smallest_step(log.force_N)) : 0.0;
   repair_outliers(log,
                   {.values = log.force_N,
-                   .name = "force",
+                   .name = force_word(),
                    .noise = least_noise_N,
                    .least = kLeastForce * rms(log.force_N),
                    .least_share_of_spikes = kLeastShareOfForceSpikes,
@@ -261,9 +262,10 @@ Repairs repair_in_place(Log& log, RepairScope scope) {
   const double noise_N = white_noise(log.force_N, force_at_limit(log.force_N));
   if (noise_N > kNoiseOverStep * smallest_step(log.force_N)) {
     const ConstantForce constant = constant_force(log, noise_N);
-    cut(log, constant.at_limit, "the force is at its limit", repairs);
+    cut(log, constant.at_limit, fmt::format("the {} is at its limit", force_word()), repairs);
     // A command is constant at constant velocity; a sensor has noise there.
-    if (!log.commanded_current) cut(log, constant.frozen, "the force is frozen", repairs);
+    if (!log.commanded_current)
+      cut(log, constant.frozen, fmt::format("the {} is frozen", force_word()), repairs);
     if (!log.commanded_current && constant.noise_at_standstill) repair_repeats(log, noise_N, repairs);
   }
   repair_position(log, repairs);
@@ -273,7 +275,8 @@ Repairs repair_in_place(Log& log, RepairScope scope) {
     cut(log, {*last}, "the position stands still to the end of the log, the axis does not (encoder stuck)",
         repairs);
   }
-  cut(log, forceless_motion(log, noise_N), "the axis moves without any force (drive off)", repairs);
+  cut(log, forceless_motion(log, noise_N),
+      fmt::format("the axis moves without any {} (drive off)", force_word()), repairs);
   repair_force(log, noise_N, repairs);
   join_cuts(log, repairs);
   return repairs;

@@ -10,6 +10,7 @@
 #include "workbench/diagnose/alternatives/structure.h"
 #include "workbench/diagnose/detectability/detectability.h"
 #include "workbench/diagnose/detectability/separation.h"
+#include "workbench/estimate/measurement/plausibility.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/nonlinear/trial.h"
 
@@ -60,6 +61,7 @@ struct Diagnosis {
   FittedModel best;                   ///< baseline with the first candidate; the baseline itself without one
   FittedModel explained;              ///< baseline with every step
   std::optional<Structure> unexplained;
+  std::vector<InputWarning> input_warnings;  ///< of what contradicts physics; the verdict is then unexplained
   OutsideCauses outside;  ///< that were chosen beside the steps; the models do not contain them
   /// The next step that was not made, because clocks and sensors may err that much: the effect and the error
   /// with it. Empty without one.

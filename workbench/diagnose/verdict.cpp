@@ -223,9 +223,9 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
 /// An input that contradicts physics is reported first: effects of a model that was fitted to it are no
 /// findings, whatever they explain.
 void judge_input(const Measurement& measurement, Diagnosis& diagnosis) {
-  const std::vector<InputWarning> warnings = input_warnings(measurement);
-  if (warnings.empty()) return;
-  Structure cause{Coordinate::acceleration, 0.0, 0.0, warnings.front().what,
+  diagnosis.input_warnings = input_warnings(measurement);
+  if (diagnosis.input_warnings.empty()) return;
+  Structure cause{Coordinate::acceleration, 0.0, 0.0, diagnosis.input_warnings.front().what,
                   weighted_residual(measurement, diagnosis.baseline)};
   diagnosis.unexplained = std::move(cause);
   diagnosis.verdict = Verdict::unexplained;

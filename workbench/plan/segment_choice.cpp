@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/plan/segment_choice.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,6 +10,7 @@
 #include <stdexcept>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/plan/joined_segments.h"
@@ -158,8 +161,9 @@ class Planner {
       segments_.push_back(std::move(segment));
     }
     if (segments_.empty()) {
-      throw std::invalid_argument(
-          "no motion fits into the limits; give a longer stroke, more speed, acceleration, jerk or force");
+      throw std::invalid_argument(fmt::format(
+          "no motion fits into the limits; give a longer stroke, more speed, acceleration, jerk or {}",
+          force_word()));
     }
   }
 
@@ -239,7 +243,9 @@ class Planner {
     }
     if (chosen.empty()) {
       throw std::invalid_argument(
-          "no motion within the limits and the time shows these effects; allow more speed, force or time");
+          fmt::format("no motion within the limits and the time shows these effects; allow more speed, {} or "
+                      "time",
+                      force_word()));
     }
     return chosen;
   }
@@ -273,8 +279,8 @@ class Planner {
     // With the memory of the whole motion the force may differ a little from that of each segment alone.
     while (options_.limits.force_N > 0.0 && peak_force_N(sequence.motion) > options_.limits.force_N) {
       if (chosen.size() == 1) {
-        throw std::invalid_argument(
-            "no motion fits into the limit of the force; give more force or less friction");
+        throw std::invalid_argument(fmt::format(
+            "no motion fits into the limit of the {0}; give more {0} or less friction", force_word()));
       }
       chosen.erase(chosen.begin() + strongest_segment(sequence));
       sequence = in_sequence(chosen, options_.limits, knowledge_.model, knowledge_.rate_Hz);

@@ -34,6 +34,13 @@ json figures_json(const FittedModel& fitted, double floor_N) {
           {"relative_error", number_json(fitted.relative_error)}};
 }
 
+std::string convergence_line(bool converged) {
+  if (converged) return "";
+  return "unfinished the fit did not converge: the log hardly tells apart what two of the effects multiply; "
+         "the "
+         "errors are those of the gains that were reached\n";
+}
+
 json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N) {
   json result = figures_json(fitted, floor_N);
   result["samples"] = measurement.whole_sample_count();
@@ -41,6 +48,7 @@ json quality_json(const Measurement& measurement, const FittedModel& fitted, dou
   result["noise"] = noise_json(measurement);
   result["repaired"] = repairs_json(measurement);
   result["holdout_interval_N"] = interval_json(fitted);
+  result["converged"] = fitted.converged;
   result["effects"] = ids_of(fitted.terms);
   result["parameters"] = parameters_json(fitted.terms);
   return result;

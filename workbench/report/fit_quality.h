@@ -18,6 +18,9 @@ nlohmann::json interval_json(const FittedModel& fitted);
 /// Noise floor, errors and relative error: the figures on top of the report.
 nlohmann::json figures_json(const FittedModel& fitted, double floor_N);
 
+/// Says that the fit of products of gains did not converge; empty where it did.
+std::string convergence_line(bool converged);
+
 /// All that the JSON of a fit says of the model, its parameters and the measurement.
 nlohmann::json quality_json(const Measurement& measurement, const FittedModel& fitted, double floor_N);
 

@@ -59,7 +59,7 @@ json report_base(const std::string& command_line, const std::string& log, const 
   return {{"title", "slipstack " + command}, {"command", printable(command_line)}, {"log", printable(log)}};
 }
 
-json table_json(const char* title, const std::vector<std::pair<const char*, bool>>& columns, json rows) {
+json table_json(const char* title, const std::vector<std::pair<std::string, bool>>& columns, json rows) {
   json heads = json::array();
   for (const auto& [heading, number] : columns) {
     heads.push_back({{"heading", heading}, {"unit", ""}, {"number", number}});

@@ -31,7 +31,7 @@ nlohmann::json report_base(const std::string& command_line, const std::string& l
                            const std::string& command);
 
 /// A table of the report. `columns`: the heading, and whether the column holds numbers.
-nlohmann::json table_json(const char* title, const std::vector<std::pair<const char*, bool>>& columns,
+nlohmann::json table_json(const char* title, const std::vector<std::pair<std::string, bool>>& columns,
                           nlohmann::json rows);
 
 }  // namespace slipstack::workbench

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/base/errors.h"
 #include "workbench/base/statistics.h"
 #include "workbench/base/text.h"
@@ -23,14 +24,14 @@ void check_can_be_simulated(const std::string& logs, const Measurement& measurem
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     if (!(mass_kg(terms, log) > 0.0)) {
       refuse(
-          "the model has no mass that the force could drive; a motion that is prescribed is fitted by "
-          "inverse "
-          "dynamics");
+          fmt::format("the model has no {} that the {} could drive; a motion that is prescribed is fitted by "
+                      "inverse dynamics",
+                      mass_word(), force_word()));
     }
   }
   const std::vector<double>& force_N = measurement.log().force_N;
   const auto [low, high] = std::minmax_element(force_N.begin(), force_N.end());
-  if (*low == *high) refuse("the force never changes, so it does not drive the axis");
+  if (*low == *high) refuse(fmt::format("the {} never changes, so it does not drive the axis", force_word()));
   if (measurement.is_excerpt()) {
     refuse("the log is too long to be simulated as a whole; give a part of at most 400000 samples");
   }

@@ -39,13 +39,15 @@ std::optional<Structure> lost_counts(const Measurement& measurement) {
   const bool rows_missing = ahead == count && !equal_signs_are_chance(count);
   // A log that is read at once is continued where its angle wraps; one that is read in chunks is not.
   const bool wraps = axis_is_rotary() && std::abs(std::abs(largest_m) - kTurn_rad) < 1e-3 * kTurn_rad;
-  const char* const what =
+  const std::string what =
       wraps ? "by one turn: the angle is counted modulo one turn, write it continued"
       : rows_missing
           ? "each the way the axis goes: rows of the log are missing there, and time stamps go on as "
             "if they were not (or the encoder makes counts up)"
-          : "and no force moves the axis: the encoder loses counts or makes them up, and positions "
-            "before and after are not of one scale";
+          : fmt::format(
+                "and no {} moves the axis: the encoder loses counts or makes them up, and positions "
+                "before and after are not of one scale",
+                force_word());
   return Structure{Coordinate::time, 0.0, time_s,
                    fmt::format("the position jumps by {} at {}{}, {}",
                                quantity_with_interval(largest_m, measurement.encoder_resolution_m(), "m"),

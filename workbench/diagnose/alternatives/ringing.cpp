@@ -15,7 +15,6 @@
 #include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
-#include "workbench/signal/repetition.h"
 #include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {
@@ -165,9 +164,7 @@ std::optional<Ringing> ringing_of(const Measurement& measurement, const LogPart&
   const auto of_part = [&](const std::vector<double>& signal) {
     return std::span(signal).subspan(part.first_sample, part.sample_count);
   };
-  const Eigen::VectorXd at_instants = at_rows(measurement, measurement.velocity_mps());
-  const double period_s =
-      repetition_period({at_instants.data() + part.first_row, part.row_count}) / measurement.row_rate_Hz();
+  const double period_s = rows_of_period(measurement, part) / measurement.row_rate_Hz();
   if (period_s > 0.0 && period_s * bin_Hz < 1.0) return {};  // harmonics of the motion are apart
   const auto first_bin = static_cast<std::size_t>(std::ceil(measurement.bandwidth_Hz() / bin_Hz));
   const Spectrum of_force = power_spectrum(of_part(measurement.log().force_N), rate_Hz, segment);

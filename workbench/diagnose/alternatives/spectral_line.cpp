@@ -21,7 +21,6 @@
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/linear/normal_equations.h"
-#include "workbench/signal/repetition.h"
 #include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {
@@ -158,9 +157,7 @@ bool stands_out(const Signal& signal, double frequency_Hz, double period_s) {
 bool is_harmonic_of_motion(const Measurement& measurement, const LogPart& part, const Line& line,
                            const Signal& residual_N) {
   constexpr double kByChance = 0.25;  // at most; chosen
-  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
-  const double period_s =
-      repetition_period({velocity_mps.data() + part.first_row, part.row_count}) / measurement.row_rate_Hz();
+  const double period_s = rows_of_period(measurement, part) / measurement.row_rate_Hz();
   if (period_s == 0.0) return false;
   const double resolution_Hz = measurement.row_rate_Hz() / static_cast<double>(part.row_count);
   const double turns = line.frequency_Hz * period_s;

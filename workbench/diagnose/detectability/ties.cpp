@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -175,7 +176,7 @@ std::string tie_text(const std::string& effect, const std::vector<std::string>& 
 }
 
 std::string tie_text(const std::string& effect, const std::string& other, double angle_deg) {
-  return fmt::format("{} (forces {:.1f} degrees apart)", tie_text(effect, {other}), angle_deg);
+  return fmt::format("{} ({}s {:.1f} degrees apart)", tie_text(effect, {other}), force_word(), angle_deg);
 }
 
 }  // namespace slipstack::workbench

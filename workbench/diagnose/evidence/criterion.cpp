@@ -13,16 +13,9 @@
 #include "workbench/estimate/linear/tall_product.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
 #include "workbench/estimate/terms/search_ranges.h"
-#include "workbench/signal/repetition.h"
 
 namespace slipstack::workbench {
 namespace {
-
-/// The period of the motion in one part of the logs, in rows; 0 where it does not repeat.
-double rows_of_period(const Measurement& measurement, const LogPart& part) {
-  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
-  return repetition_period({velocity_mps.data() + part.first_row, part.row_count});
-}
 
 bool repeats(const Measurement& measurement) {
   return std::any_of(measurement.parts().begin(), measurement.parts().end(),

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "workbench/estimate/linear/normal_equations.h"
+#include "workbench/signal/repetition.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -86,6 +87,11 @@ Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double
     values(row) = per_sample[measurement.row_samples()[static_cast<std::size_t>(row)]];
   }
   return values;
+}
+
+double rows_of_period(const Measurement& measurement, const LogPart& part) {
+  const Eigen::VectorXd velocity_mps = at_rows(measurement, measurement.velocity_mps());
+  return repetition_period({velocity_mps.data() + part.first_row, part.row_count});
 }
 
 Eigen::VectorXd row_times(const Measurement& measurement) {

@@ -33,6 +33,8 @@ Halves alternating_blocks(const Measurement& measurement);
 
 /// A signal with a value per sample, taken at the rows without filtering.
 Eigen::VectorXd at_rows(const Measurement& measurement, const std::vector<double>& per_sample);
+/// The period of the motion in one part of the logs, in rows; 0 where it does not repeat.
+double rows_of_period(const Measurement& measurement, const LogPart& part);
 /// Times of the rows, s.
 Eigen::VectorXd row_times(const Measurement& measurement);
 

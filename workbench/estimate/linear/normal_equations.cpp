@@ -198,6 +198,17 @@ BoundedSolution NormalEquations::fit(const Constraints& constraints,
                        start);
 }
 
+BoundedSolution NormalEquations::fit_near(const Eigen::VectorXd& here, double damping,
+                                          const Constraints& constraints,
+                                          const std::vector<BoundState>& start) const {
+  BoundedProblem problem{total_.gram + constraints.penalty, total_.right, constraints.lower,
+                         constraints.upper, constraints.pairs};
+  const Eigen::VectorXd damped = damping * problem.gram.diagonal();
+  problem.gram.diagonal() += damped;
+  problem.right += damped.cwiseProduct(here);
+  return solve_bounded(problem, start);
+}
+
 double NormalEquations::training_error(const Constraints& constraints,
                                        const std::vector<BoundState>& start) const {
   const Eigen::VectorXd value = fit(constraints, start).value;

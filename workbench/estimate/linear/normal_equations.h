@@ -75,6 +75,10 @@ class NormalEquations {
   };
 
   BoundedSolution fit(const Constraints& constraints, const std::vector<BoundState>& start = {}) const;
+  /// The same fit with `damping` times the squared change from `here` added to the cost, each unknown in
+  /// units of its column: a step of Levenberg and Marquardt.
+  BoundedSolution fit_near(const Eigen::VectorXd& here, double damping, const Constraints& constraints,
+                           const std::vector<BoundState>& start) const;
 
   /// Root mean square of the residual of fit(), the penalty included.
   double training_error(const Constraints& constraints, const std::vector<BoundState>& start) const;

@@ -6,21 +6,31 @@
 #include <limits>
 #include <utility>
 
-#include "workbench/estimate/nonlinear/damped_step.h"
-
 namespace slipstack::workbench {
 namespace {
 
-/// Gauss-Newton steps at most. Two or three suffice where products are small against the sums; a map that
-/// modulates most of the force needs up to a dozen (tribometer).
-constexpr int kMostSteps = 40;
+/// Steps at most. Two or three suffice where products are small against the sums; a map that modulates most
+/// of the force needs up to a dozen, effects that a log hardly tells apart up to ninety (tribometer).
+constexpr int kMostSteps = 100;
 /// Steps in which the scale of the prior follows the error. Afterwards it is held, so that the cost is one
 /// function that can only fall.
 constexpr int kScalingSteps = 3;
 /// Relative decrease of the cost that ends the steps: the error is then known to half of this.
 constexpr double kConverged = 1e-6;
-/// A step is halved at most so often; a smaller one does not change the error that is printed.
-constexpr int kMostHalvings = 10;
+/// Relative decrease of the cost that was promised and is not reached, from which a fit has not converged:
+/// half of it is what the error may still fall by.
+constexpr double kNotConverged = 2e-3;
+/// The least damping, relative to the diagonal of the normal matrix, and the factor by which it grows and
+/// falls (Marquardt 1963).
+constexpr double kLeastDamping = 1e-7;
+constexpr double kDampingFactor = 10.0;
+/// Share of the promised decrease of the cost below which the next step is damped more, and above which it is
+/// damped less (Nocedal & Wright 2006, algorithm 4.1).
+constexpr double kPoorStep = 0.25;
+constexpr double kGoodStep = 0.75;
+constexpr double kLeastCost = std::numeric_limits<double>::min();
+/// Trials of a step at most: the last is so short that it does not change the error that is printed.
+constexpr int kMostTrials = 12;
 
 bool all_zero(const Term& term) {
   for (const double gain : term.gains) {
@@ -51,24 +61,60 @@ void fit_without_products(const Measurement& measurement, Terms& terms, double n
   }
 }
 
-/// The cost that a fit minimises, of the model itself and not of its linearisation: weighted squares of the
-/// residual and the penalty.
+/// A model with other gains, and what it leaves.
+struct Trial {
+  Terms terms;
+  Eigen::VectorXd residual_N;
+  DryTrace dry;  ///< evaluate_dry() of the terms, where it was needed
+  double cost = 0.0;
+};
+
+/// The cost that a fit minimises: weighted squares of the residual and the penalty.
 class PenalisedSquares {
  public:
-  PenalisedSquares(const Measurement& measurement, const Linearisation& near, const Eigen::MatrixXd& penalty)
-      : measurement_(measurement), near_(near), penalty_(penalty) {}
-  double of(const Eigen::VectorXd& residual_N, const Eigen::VectorXd& gains) const {
-    return measurement_.fit_weights().dot(residual_N.cwiseAbs2()) + gains.dot(penalty_ * gains);
+  PenalisedSquares(const Measurement& measurement, const Linearisation& near,
+                   const NormalEquations& equations, const NormalEquations::Constraints& constraints)
+      : measurement_(measurement), near_(near), equations_(equations), constraints_(constraints) {}
+
+  /// Of the model where it was linearised.
+  double here(const Terms& terms) const { return of(near_.residual_N(), gains_of(terms)); }
+  /// Of the model with other gains, and not of its linearisation.
+  Trial at(const Terms& terms, const Eigen::VectorXd& gains) const {
+    Trial trial{terms, {}, {}, 0.0};
+    take_gains(trial.terms, gains);
+    trial.residual_N = near_.residual_at(trial.terms, &trial.dry);
+    trial.cost = of(trial.residual_N, gains);
+    return trial;
   }
-  /// `dry`: set to evaluate_dry() of the terms, where they have products.
-  double of(const Terms& terms, DryTrace& dry) const {
-    return of(near_.residual_at(terms, &dry), gains_of(terms));
+  /// Of the linearisation.
+  double linearised(const Eigen::VectorXd& gains) const {
+    return equations_.squared_error(gains) + penalty(gains);
+  }
+  /// The damped minimum of the linearisation.
+  Eigen::VectorXd fit_near(const Eigen::VectorXd& here, double damping,
+                           const std::vector<BoundState>& start) const {
+    return equations_.fit_near(here, damping, constraints_, start).value;
+  }
+  /// The same with the curvature that a trial has shown: a second-order correction (Nocedal & Wright 2006
+  /// ch. 18.3), exact along the step for a product of two gains.
+  Eigen::VectorXd corrected(const Trial& trial, const Eigen::VectorXd& here, double damping,
+                            const std::vector<BoundState>& start) const {
+    const Eigen::VectorXd target = trial.residual_N + near_.columns() * gains_of(trial.terms);
+    return equations_.with_target(measurement_, near_.columns(), target)
+        .fit_near(here, damping, constraints_, start)
+        .value;
   }
 
  private:
+  double penalty(const Eigen::VectorXd& gains) const { return gains.dot(constraints_.penalty * gains); }
+  double of(const Eigen::VectorXd& residual_N, const Eigen::VectorXd& gains) const {
+    return measurement_.fit_weights().dot(residual_N.cwiseAbs2()) + penalty(gains);
+  }
+
   const Measurement& measurement_;
   const Linearisation& near_;
-  const Eigen::MatrixXd& penalty_;
+  const NormalEquations& equations_;
+  const NormalEquations::Constraints& constraints_;
 };
 
 bool within_bounds(const NormalEquations::Constraints& constraints, const Eigen::VectorXd& gains) {
@@ -76,28 +122,57 @@ bool within_bounds(const NormalEquations::Constraints& constraints, const Eigen:
          (gains.array() <= constraints.upper.array()).all();
 }
 
-/// Moves the gains of `terms` towards `wanted`, as far as the cost falls: the bounds are convex, so any part
-/// of the way between two admissible points is admissible. Where the linearisation promises less than
-/// kConverged (`cost_promised`), only the whole step is tried. `dry` becomes evaluate_dry() of the moved
-/// terms, empty where they stay. Returns the relative decrease of the cost.
-double step_towards(const PenalisedSquares& cost, double cost_here, double cost_promised,
-                    const Eigen::VectorXd& wanted, Terms& terms, DryTrace& dry) {
-  dry = {};
-  const Eigen::VectorXd here = gains_of(terms);
-  double cost_there = cost_here;
-  const bool converged = cost_promised > (1.0 - kConverged) * cost_here;
-  const bool taken = take_damped_step(converged ? 0 : kMostHalvings, [&](double share) {
-    Terms moved = terms;
-    take_gains(moved, here + share * (wanted - here));
-    DryTrace dry_there;
-    cost_there = cost.of(moved, dry_there);
-    if (!(cost_there < cost_here)) return false;
-    terms = std::move(moved);
-    dry = std::move(dry_there);
-    return true;
-  });
-  return taken ? 1.0 - cost_there / cost_here : 0.0;
-}
+/// Steps of Levenberg and Marquardt within the bounds: of the linearised cost, plus the damping times the
+/// squared change of each gain in units of its column (Marquardt 1963). Products of gains that the data
+/// hardly tell apart bend the way to the minimum into a narrow valley: damped, a step is short along it only.
+class DampedSteps {
+ public:
+  struct Step {
+    double decrease = 0.0;  ///< of the cost, relative
+    double promised = 0.0;  ///< of the linearised cost by the undamped step, relative
+  };
+
+  /// Moves the gains of `terms` so that the cost falls; where the linearisation promises less than
+  /// kConverged, only the whole step, `whole`, is tried. `dry` becomes evaluate_dry() of the moved terms,
+  /// empty where they stay.
+  Step move(const PenalisedSquares& cost, double cost_here, const BoundedSolution& whole, Terms& terms,
+            DryTrace& dry) {
+    const double promised = 1.0 - cost.linearised(whole.value) / std::max(cost_here, kLeastCost);
+    dry = {};
+    const bool last = promised < kConverged;
+    if (last) damping_ = 0.0;
+    for (int trials = last ? 1 : kMostTrials; trials > 0; --trials) {
+      Trial trial = tried(cost, cost_here, whole, terms);
+      if (!(trial.cost < cost_here)) continue;
+      terms = std::move(trial.terms);
+      dry = std::move(trial.dry);
+      return {1.0 - trial.cost / cost_here, promised};
+    }
+    return {0.0, promised};
+  }
+
+ private:
+  /// One trial, and the damping of the next by how far it kept its promise.
+  Trial tried(const PenalisedSquares& cost, double cost_here, const BoundedSolution& whole,
+              const Terms& terms) {
+    const Eigen::VectorXd here = gains_of(terms);
+    const Eigen::VectorXd there =
+        damping_ == 0.0 ? whole.value : cost.fit_near(here, damping_, whole.bound_states);
+    const double promised = cost_here - cost.linearised(there);
+    Trial trial = cost.at(terms, there);
+    if (cost_here - trial.cost < kPoorStep * promised) {
+      Trial corrected = cost.at(terms, cost.corrected(trial, here, damping_, whole.bound_states));
+      if (corrected.cost < trial.cost) trial = std::move(corrected);
+    }
+    const double decrease = cost_here - trial.cost;
+    if (decrease < kPoorStep * promised) damping_ = std::max(kLeastDamping, kDampingFactor * damping_);
+    if (decrease > kGoodStep * promised)
+      damping_ = damping_ > kLeastDamping ? damping_ / kDampingFactor : 0.0;
+    return trial;
+  }
+
+  double damping_ = 0.0;
+};
 
 /// Computes the errors of a fitted model, in sample and held out.
 void judge(const Measurement& measurement, FittedModel& fitted) {
@@ -131,6 +206,7 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
   std::shared_ptr<const Linearisation> linearisation;
   std::shared_ptr<const Linearisation> lender = known == nullptr ? nullptr : known->linearisation;
   DryTrace dry;  // of the terms, where it is known
+  DampedSteps steps;
   for (int step = 0; step < kMostSteps; ++step) {
     linearisation = std::make_shared<Linearisation>(measurement, terms, lender.get(), std::exchange(dry, {}));
     lender = linearisation;
@@ -146,16 +222,14 @@ FittedModel fit_gains(const Measurement& measurement, Terms terms, const FittedM
       error_N =
           std::sqrt(fitted.equations->squared_error(fitted.solution.value) / fitted.equations->weight());
     }
-    const PenalisedSquares cost(measurement, *linearisation, fitted.constraints.penalty);
+    const PenalisedSquares cost(measurement, *linearisation, *fitted.equations, fitted.constraints);
     const bool admissible = within_bounds(fitted.constraints, gains_of(terms));
-    const double here = admissible ? cost.of(linearisation->residual_N(), gains_of(terms))
-                                   : std::numeric_limits<double>::max();
-    const Eigen::VectorXd& wanted = fitted.solution.value;
-    const double promised =
-        fitted.equations->squared_error(wanted) + wanted.dot(fitted.constraints.penalty * wanted);
-    const double decrease = step_towards(cost, here, promised, wanted, terms, dry);
+    const double here = admissible ? cost.here(terms) : std::numeric_limits<double>::max();
+    const DampedSteps::Step taken = steps.move(cost, here, fitted.solution, terms, dry);
     fitted.solution.value = gains_of(terms);
-    if (step > 0 && decrease < kConverged) break;
+    fitted.converged = taken.promised - taken.decrease < kNotConverged;
+    if (step > 0 && taken.decrease < kConverged && (taken.promised < kConverged || taken.decrease == 0.0))
+      break;
   }
   // Linearised again at the final gains: residuals and trials start from here.
   fitted.linearisation = std::make_shared<Linearisation>(*linearisation, terms, std::move(dry));

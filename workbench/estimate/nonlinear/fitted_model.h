@@ -24,6 +24,7 @@ struct FittedModel {
   std::shared_ptr<const NormalEquations> equations;
   NormalEquations::Constraints constraints;
   BoundedSolution solution;
+  bool converged = true;  ///< the linearisation at these gains promises no lower error
   double train_rmse_N = 0.0;
   double holdout_rmse_N = 0.0;  ///< by blocked cross-validation
   double forward_rmse_N = 0.0;  ///< of the last third by a fit to the first two; zero: not computed

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/report/html/sections.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
@@ -285,14 +287,16 @@ std::string method_html(const json& data) {
   const json& figures = member(data, "figures");
   if (number_at(figures, "holdout_rmse_N")) {
     row("Held-out error",
-        "Root mean square of the force that the model misses, on contiguous blocks of the log that the fit "
-        "has not seen. The log alone decides where the blocks lie.");
+        fmt::format("Root mean square of the {} that the model misses, on contiguous blocks of the log that "
+                    "the fit has not seen. The log alone decides where the blocks lie.",
+                    force_word()));
   }
   if (const auto train = number_at(figures, "train_rmse_N")) {
     row("Error where it was fitted", with_unit(*train, "N", 3));
   }
   if (number_at(figures, "noise_floor_N")) {
-    row("Noise floor", "What force noise and encoder quantisation leave even with a perfect model.");
+    row("Noise floor",
+        fmt::format("What {} noise and encoder quantisation leave even with a perfect model.", force_word()));
   }
   std::string notes;
   for (const json& note : array_at(data, "notes")) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/report/html/format.h"
 #include "workbench/report/html/json_access.h"
 #include "workbench/report/html/sections.h"
@@ -72,7 +73,7 @@ std::string waterfall_axis(double full, const DisplayUnit& unit) {
            fixed(value, std::max(0, -exponent)) + "</text>";
   }
   return "<span class=\"name\"></span><svg class=\"axis\" height=\"34\" aria-hidden=\"true\">" + out +
-         "<text class=\"title\" x=\"50%\" y=\"30\">Held-out force error (" + unit.label +
+         "<text class=\"title\" x=\"50%\" y=\"30\">Held-out " + force_word() + " error (" + unit.label +
          ")</text></svg><span class=\"value\"></span><span class=\"value\"></span>";
 }
 

@@ -38,9 +38,9 @@ std::string addition_text(const Measurement& measurement, const AdditionResult& 
         "chance.\n",
         result.criterion_difference, -kBareMention);
   }
-  return text + excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) +
-         log_table(result.logs) + parameter_table(result.after.terms) + friction_each_way_line(result.after) +
-         model_lines(result.model_path, result.model);
+  return text + convergence_line(result.after.converged) + excerpt_line(measurement, "shapes fitted") +
+         repair_lines(measurement) + log_table(result.logs) + parameter_table(result.after.terms) +
+         friction_each_way_line(result.after) + model_lines(result.model_path, result.model);
 }
 
 json addition_json(const Measurement& measurement, const AdditionResult& result) {

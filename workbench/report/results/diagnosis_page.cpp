@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "workbench/base/axis_words.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/report/criterion_note.h"
 #include "workbench/report/fit_quality.h"
@@ -51,12 +52,13 @@ json cannot_show_table(const json& result) {
   json rows = json::array();
   for (const json& one : result["cannot_show"]) {
     const double least_N = number_of(one["least_visible_N"]);
-    rows.push_back({heading_of(result, one["effect"]), std::isfinite(least_N) ? newtons(least_N) : "no force",
+    rows.push_back({heading_of(result, one["effect"]),
+                    std::isfinite(least_N) ? newtons(least_N) : fmt::format("no {}", force_word()),
                     share(one["orthogonal_share"])});
   }
   return table_json("What this log cannot show",
                     {{"Effect", false},
-                     {"Named from a peak force of", true},
+                     {fmt::format("Named from a peak {} of", force_word()), true},
                      {"Share of it that the model cannot imitate", true}},
                     std::move(rows));
 }
@@ -68,7 +70,9 @@ json ties_table(const json& result) {
                     fmt::format("{:.1f}°", number_of(pair["angle_deg"]))});
   }
   return table_json("What this log cannot tell apart",
-                    {{"Effect", false}, {"Cannot be told from", false}, {"Angle between their forces", true}},
+                    {{"Effect", false},
+                     {"Cannot be told from", false},
+                     {fmt::format("Angle between their {}s", force_word()), true}},
                     std::move(rows));
 }
 

@@ -107,7 +107,7 @@ void add_limits(json& result, const DiagnosisRequest& request, const Diagnosis& 
 
 DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurement& measurement,
                                  const Diagnosis& diagnosis) {
-  DiagnosisResult result{{}, log_results(measurement, diagnosis.explained), {}, input_warnings(measurement)};
+  DiagnosisResult result{{}, log_results(measurement, diagnosis.explained), {}, diagnosis.input_warnings};
   // A motion is no remedy for an input in wrong units or of the wrong sign.
   if (result.warnings.empty()) result.next = next_experiment(diagnosis);
   result.json = {{"log", request.log},
@@ -124,6 +124,7 @@ DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurem
                  {"verdict", name_of(diagnosis.verdict)},
                  {"candidates", candidates_json(diagnosis)},
                  {"steps", steps_json(diagnosis)},
+                 {"converged", diagnosis.explained.converged},
                  {"unexplained", nullptr}};
   if (!result.logs.empty()) result.json["logs"] = logs_json(result.logs);
   if (diagnosis.verdict == Verdict::missing_effect) {

@@ -143,7 +143,8 @@ std::string diagnosis_text(const DiagnosisRequest& request, const Measurement& m
   // Where several were chosen, the table of each alone does not show what they do together.
   if (request.stepwise || found["steps"].size() > 2) text += step_table(found);
   text += log_table(result.logs);
-  text += baseline_line(found) + interval_line(found) + forward_line(found["steps"]);
+  text += baseline_line(found) + interval_line(found) + forward_line(found["steps"]) +
+          convergence_line(found["converged"].get<bool>());
   text += noise_line(measurement) + excerpt_line(measurement, "effects searched") + repair_lines(measurement);
   if (found.contains("best")) text += advice(found["candidates"].front());
   return text + limits_text(found);

@@ -84,8 +84,8 @@ std::string fit_text(const Measurement& measurement, const FitResult& result) {
          fmt::format("error      {} held out ({}), {} in sample, {} of the {}; noise floor {}\n",
                      newtons(fitted.holdout_rmse_N), interval_text(fitted), newtons(fitted.train_rmse_N),
                      share(fitted.relative_error), force_word(), newtons(result.noise_floor_N)) +
-         forward_line(fitted) + noise_line(measurement) + excerpt_line(measurement, "shapes fitted") +
-         repair_lines(measurement) + outlier_line(result) +
+         convergence_line(fitted.converged) + forward_line(fitted) + noise_line(measurement) +
+         excerpt_line(measurement, "shapes fitted") + repair_lines(measurement) + outlier_line(result) +
          (result.simulation ? criteria_table(*result.simulation) : "") + log_table(result.logs) +
          parameter_table(fitted.terms) + friction_each_way_line(fitted) +
          model_lines(result.model_path, result.model);

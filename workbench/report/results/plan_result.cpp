@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/report/texts.h"
@@ -106,10 +107,10 @@ ExperimentResult plan_result(const PlanRequest& request, const KnownAxis& known,
       "the axis has it: above 10 it is decisive, below 0 the other would be named. An effect that contains "
       "another can always imitate it.";
   if (known.measurement) {
-    result.detail +=
-        " What the log did is what it has surely done, beyond noise and encoder steps; its force by the "
-        "model "
-        "is not measured.";
+    result.detail += fmt::format(
+        " What the log did is what it has surely done, beyond noise and encoder steps; its {} by the model "
+        "is not measured.",
+        force_word());
   }
   result.summary = {{"for", request.effects},
                     {"duration_s", plan.motion.duration_s()},

@@ -57,8 +57,8 @@ ExperimentResult open_loop_result(const std::string& model_path, const Model& mo
                   force_word(), machine_length(found.rmse_m), duration_s);
   result.detail = fmt::format(
       "Largest error {}, at the end {}; {:.2f} % of the motion is followed. Open loop: nothing "
-      "measured corrects it after the start, so errors of the force add up twice.",
-      machine_length(found.largest_m), machine_length(found.final_m), 100.0 * found.fit);
+      "measured corrects it after the start, so errors of the {} add up twice.",
+      machine_length(found.largest_m), machine_length(found.final_m), 100.0 * found.fit, force_word());
   result.summary = {{"log", log},
                     {"model", model_path},
                     {"hash", hash_text(model)},
@@ -76,7 +76,7 @@ ExperimentResult open_loop_result(const std::string& model_path, const Model& mo
   for (std::size_t i = 0; i < error_m.size(); ++i) error_m[i] = found.position_m[i] - found.measured_m[i];
   const DisplayUnit length = machine_length_unit();
   const ChartAxis time{"Time", "s", 1.0, false};
-  result.charts.push_back({"Position, measured and from the force alone",
+  result.charts.push_back({fmt::format("Position, measured and from the {} alone", force_word()),
                            time,
                            {"Position", length.label, length.per_si, false},
                            thinned(time_s),
