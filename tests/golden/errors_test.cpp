@@ -77,7 +77,7 @@ TEST_P(StatedErrors, AreThoseOfTheModel) {
       ++unfinished;
     }
   }
-  EXPECT_LE(50 * unfinished, pairs.size());
+  EXPECT_LE(40 * unfinished, pairs.size());
 }
 
 std::string name_of_log(const testing::TestParamInfo<std::string>& info) {
