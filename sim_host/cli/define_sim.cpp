@@ -10,7 +10,8 @@ void add_log_options(CLI::App& log, LogRequest& request) {
   log.add_option("--effects", request.effects, "names with commas, none, random, random:2 (default: random)");
   log.add_option("--strength", request.strength, "effect over noise floor, rms (default: 1.5 to 15, drawn)");
   log.add_flag("--closed-loop", request.closed_loop, "a controller moves the axis; the log has its errors");
-  log.add_option("--outside", request.outside, "line, bump, backlash, burst or slip: outside the catalogue");
+  log.add_option("--outside", request.outside,
+                 "line, bump, backlash, burst, slip, ring or force_filter: outside the catalogue");
   log.add_option("--seconds", request.seconds, "length of the programme (default: 60, random: 40 to 80)");
   log.add_option("--rate", request.rate_Hz, "samples per second (default: 2000, random: 1000 to 5000)");
   log.add_option("--setpoints", request.set_points,

@@ -46,7 +46,8 @@ std::vector<EffectId> parse_effects(const std::string& list, std::uint64_t seed)
 
 OutsideKind parse_outside(const std::string& word) {
   if (const auto kind = outside_by_name(word)) return *kind;
-  throw UsageError("--outside: '" + word + "' is none of line, bump, backlash, burst, slip");
+  throw UsageError("--outside: '" + word +
+                   "' is none of line, bump, backlash, burst, slip, ring, force_filter");
 }
 
 void check(const LogRequest& request) {

@@ -15,8 +15,8 @@
 namespace slipstack::sim {
 
 enum class Setup { kPickAndPlace, kRandom };
-enum class OutsideKind { kLine, kBump, kBacklash, kBurst, kSlip };
-/// line, bump, backlash, burst, slip; none for any other word.
+enum class OutsideKind { kLine, kBump, kBacklash, kBurst, kSlip, kRing, kForceFilter };
+/// line, bump, backlash, burst, slip, ring, force_filter; none for any other word.
 std::optional<OutsideKind> outside_by_name(std::string_view word);
 
 /// A test bench: the axis and its sensors.
@@ -52,7 +52,9 @@ std::vector<EffectId> draw_effect_ids(std::size_t count, std::uint64_t seed);
 void add_effects(Axis& axis, const std::vector<EffectId>& effects, const MotionProgramme& programme,
                  double rate_Hz, double strength, std::uint64_t seed);
 
-/// Adds an effect outside the catalogue, of comparable strength.
+/// Adds an effect outside the catalogue, of comparable strength. A ring is drawn from 1 to 4 noise floors
+/// where no strength is given, and is less where the whole force makes less; what a force filter takes
+/// follows from its cut. Cost of a ring: a simulation.
 void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme, double rate_Hz,
                  double strength, std::uint64_t seed);
 

@@ -6,16 +6,47 @@
 #include <utility>
 
 #include "sim_host/log/draw.h"
+#include "sim_host/log/record.h"
 #include "sim_host/turn.h"
 
 namespace slipstack::sim {
+namespace {
+
+/// A mode above the twentieth of the rate up to which logs are judged at most, far enough that it is no
+/// structural resonance there, and below half of Nyquist's frequency. Light, as of a force sensor or a
+/// bracket.
+Ring draw_ring(const Axis& axis, const MotionProgramme& programme, double rate_Hz, double strength,
+               std::uint64_t seed, Rng& rng) {
+  Ring ring{1.0, rate_Hz * rng.log_uniform(0.075, 0.2), rng.log_uniform(0.003, 0.04)};
+  const double level_N = (strength > 0.0 ? strength : rng.log_uniform(1.0, 4.0)) * noise_floor_N(axis);
+  Axis trial = axis;
+  trial.force_noise_N = 0.0;
+  trial.outside.ring = ring;
+  ring.share = std::min(1.0, level_N / simulate_log(trial, programme, rate_Hz, seed).ring_rms_N);
+  return ring;
+}
+
+/// Second or fourth order, one way or both. The cut is that of a filter for the friction of slow motions:
+/// within the band in which a log of this rate is judged, so that what is left of the force is seen to fall.
+ForceFilter draw_force_filter(double rate_Hz, Rng& rng) {
+  ForceFilter filter;
+  filter.cut_Hz = std::min(rng.log_uniform(5.0, 40.0), rate_Hz / 60.0);
+  filter.order = rng.pick({2, 4});
+  filter.zero_phase = rng.chance(0.5);
+  return filter;
+}
+
+}  // namespace
+
 std::optional<OutsideKind> outside_by_name(std::string_view word) {
-  constexpr std::array<std::pair<std::string_view, OutsideKind>, 5> kNames{
+  constexpr std::array<std::pair<std::string_view, OutsideKind>, 7> kNames{
       {{"line", OutsideKind::kLine},
        {"bump", OutsideKind::kBump},
        {"backlash", OutsideKind::kBacklash},
        {"burst", OutsideKind::kBurst},
-       {"slip", OutsideKind::kSlip}}};
+       {"slip", OutsideKind::kSlip},
+       {"ring", OutsideKind::kRing},
+       {"force_filter", OutsideKind::kForceFilter}}};
   for (const auto& [name, kind] : kNames) {
     if (name == word) return kind;
   }
@@ -64,6 +95,12 @@ void add_outside(Axis& axis, OutsideKind kind, const MotionProgramme& programme,
       axis.outside.slip = slip;
       break;
     }
+    case OutsideKind::kRing:
+      axis.outside.ring = draw_ring(axis, programme, rate_Hz, strength, seed, rng);
+      break;
+    case OutsideKind::kForceFilter:
+      axis.outside.force_filter = draw_force_filter(rate_Hz, rng);
+      break;
   }
 }
 

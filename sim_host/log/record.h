@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "sim_host/motion/programme.h"
@@ -11,6 +12,7 @@
 #include "sim_host/rng.h"
 #include "sim_host/sensors/delay_line.h"
 #include "sim_host/sensors/encoder.h"
+#include "sim_host/sensors/ringing_mode.h"
 
 namespace slipstack::sim {
 
@@ -25,12 +27,14 @@ struct SimulatedLog {
   std::vector<PerEffect> parts_N;  // empty unless asked for
   PerEffect parts_rms_N{};         // what each effect contributes, root mean square
   double force_rms_N = 0.0;
+  double ring_rms_N = 0.0;  // what a mode in the path of the force adds to it
 
   std::size_t size() const { return force_N.size(); }
   double time_s(std::size_t i) const { return static_cast<double>(i) / rate_Hz; }
 };
 
-/// Turns true positions and forces into a log: encoder, recording delay, burst, noise.
+/// Turns true positions and forces into a log: encoder, mode in the path of the force, recording delay,
+/// burst, noise, the publisher's filter.
 class Recorder {
  public:
   /// Samples come in `oversampling` times faster than they are logged.
@@ -50,6 +54,7 @@ class Recorder {
 
  private:
   double burst_N(double t_s);
+  void filter_force();
 
   const Axis& axis_;
   int oversampling_;
@@ -57,8 +62,9 @@ class Recorder {
   Rng rng_;
   Encoder encoder_;
   DelayLine delay_;
+  std::optional<RingingMode> ring_;
   int phase_ = 0;
-  double squares_ = 0.0;
+  std::vector<double> outside_N_;  // kept for the filter, which changes them
   SimulatedLog log_;
 };
 

@@ -128,7 +128,7 @@ void describe_others(const Effects& effects, Sheet& sheet) {
   }
 }
 
-Json describe(const Outside& outside) {
+Json describe(const Outside& outside, const SimulatedLog& log, double noise_N) {
   Json out = Json::object();
   if (outside.line) {
     out["line"] = {{"amplitude_N", outside.line->amplitude_N}, {"frequency_Hz", outside.line->frequency_Hz}};
@@ -151,6 +151,19 @@ Json describe(const Outside& outside) {
     for (const auto& loss : outside.slip->losses)
       losses.push_back({{"time_s", loss.time_s}, {"counts", loss.counts}});
     out["slip"] = losses;
+  }
+  if (outside.ring) {
+    out["ring"] = {{"frequency_Hz", outside.ring->frequency_Hz},
+                   {"damping_ratio", outside.ring->damping_ratio},
+                   {"share", outside.ring->share},
+                   {"rms_N", log.ring_rms_N},
+                   {"rms_over_noise", noise_N > 0.0 ? Json(log.ring_rms_N / noise_N) : Json(nullptr)}};
+  }
+  if (outside.force_filter) {
+    out["force_filter"] = {{"cut_Hz", outside.force_filter->cut_Hz},
+                           {"half_amplitude_Hz", outside.force_filter->half_Hz()},
+                           {"order", outside.force_filter->order},
+                           {"zero_phase", outside.force_filter->zero_phase}};
   }
   return out;
 }
@@ -184,7 +197,7 @@ std::string truth_as_json(const Axis& axis, const SimulatedLog& log, const Truth
       {"stroke_m", axis.stroke_m},
       {"formulas", sheet.formulas},
       {"parameters", sheet.parameters},
-      {"outside_parameters", describe(axis.outside)},
+      {"outside_parameters", describe(axis.outside, log, axis.force_noise_N)},
       {"noise_N", axis.force_noise_N},
       {"encoder_m", axis.encoder_resolution_m},
       {"effect_rms_N", rms},

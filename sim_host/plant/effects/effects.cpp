@@ -96,4 +96,9 @@ double Drift::factor(double t_s) const {
   return 1.0;
 }
 
+double ForceFilter::half_Hz() const {
+  // |H|² of one pass is 1 / (1 + (f/cut)^(2 order)): a half of |H| where that is a quarter.
+  return zero_phase ? cut_Hz : cut_Hz * std::pow(3.0, 0.5 / order);
+}
+
 }  // namespace slipstack::sim

@@ -160,6 +160,23 @@ struct EncoderSlip {
   std::vector<Loss> losses;
 };
 
+/// A lightly damped mode in the path of the measured force (sensors/ringing_mode.h). `share` of the force
+/// passes it; the axis does not feel it.
+struct Ring {
+  double share = 0.0;
+  double frequency_Hz = 300.0;
+  double damping_ratio = 0.01;
+};
+
+/// The publisher's low pass of the recorded force alone (sensors/low_pass.h); the position is as recorded.
+struct ForceFilter {
+  double cut_Hz = 20.0;
+  int order = 4;
+  bool zero_phase = true;
+  /// Where half of the amplitude is left: the cut itself where the filter runs both ways.
+  double half_Hz() const;
+};
+
 /// Effects outside the catalogue.
 struct Outside {
   std::optional<LineForce> line;
@@ -167,6 +184,8 @@ struct Outside {
   std::optional<Backlash> backlash;
   std::optional<Burst> burst;
   std::optional<EncoderSlip> slip;
+  std::optional<Ring> ring;
+  std::optional<ForceFilter> force_filter;
 };
 
 }  // namespace slipstack::sim

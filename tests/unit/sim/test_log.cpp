@@ -15,6 +15,7 @@
 #include "sim_host/log/draw.h"
 #include "sim_host/log/record.h"
 #include "sim_host/log/write.h"
+#include "sim_host/sensors/low_pass.h"
 
 namespace slipstack::sim {
 namespace {
@@ -45,8 +46,8 @@ TEST(Log, ForceMinusNoiseIsTheSumOfTheDeclaredParts) {
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     Scene scene = make_scene(Setup::kRandom, seed, 12.0);
     add_effects(scene.bench.axis, drawable_effects(), scene.programme, 1000.0, 3.0, seed);
-    for (const OutsideKind kind :
-         {OutsideKind::kLine, OutsideKind::kBump, OutsideKind::kBurst, OutsideKind::kSlip}) {
+    for (const OutsideKind kind : {OutsideKind::kLine, OutsideKind::kBump, OutsideKind::kBurst,
+                                   OutsideKind::kSlip, OutsideKind::kRing, OutsideKind::kForceFilter}) {
       add_outside(scene.bench.axis, kind, scene.programme, 1000.0, 3.0, seed);
     }
     if (seed % 2 == 0)
@@ -206,6 +207,53 @@ TEST(Log, BurstSlipAndLineShowWhereTheyAre) {
   }
   EXPECT_GT(outside_N, 25.0);
   EXPECT_LE(outside_N, 50.0);
+}
+
+// Above the band in which logs are judged, as strong as asked; the motion and the noise are those without it.
+TEST(Log, RingIsAboveTheBandAndNoMotion) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    Scene scene = make_scene(Setup::kRandom, seed, 12.0);
+    Axis axis = scene.bench.axis;
+    add_outside(axis, OutsideKind::kRing, scene.programme, 1000.0, 2.0, seed);
+    ASSERT_TRUE(axis.outside.ring);
+    EXPECT_GT(axis.outside.ring->frequency_Hz, 1000.0 / 20.0);
+    EXPECT_LT(axis.outside.ring->frequency_Hz, 1000.0 / 4.0);
+    EXPECT_GE(axis.outside.ring->damping_ratio, 0.003);
+    EXPECT_LE(axis.outside.ring->damping_ratio, 0.04);
+    const SimulatedLog with = simulate_log(axis, scene.programme, 1000.0, seed);
+    const SimulatedLog without = simulate_log(scene.bench.axis, scene.programme, 1000.0, seed);
+    EXPECT_EQ(with.position_m, without.position_m);
+    EXPECT_EQ(with.noise_N, without.noise_N);
+    EXPECT_DOUBLE_EQ(with.ring_rms_N, with.parts_rms_N[index(EffectId::kOutside)]);
+    EXPECT_EQ(without.ring_rms_N, 0.0);
+    const double asked_N = 2.0 * noise_floor_N(axis);
+    if (axis.outside.ring->share < 1.0) {
+      EXPECT_NEAR(with.ring_rms_N, asked_N, 1e-6 * asked_N);
+    } else {
+      EXPECT_LT(with.ring_rms_N, asked_N);
+    }
+  }
+}
+
+TEST(Log, AFilteredForceIsThatOfTheLogWithoutTheFilter) {
+  Scene scene = make_scene(Setup::kPickAndPlace, 4, 12.0);
+  Axis axis = scene.bench.axis;
+  add_outside(axis, OutsideKind::kForceFilter, scene.programme, 1000.0, 0.0, 4);
+  ASSERT_TRUE(axis.outside.force_filter);
+  const ForceFilter& filter = *axis.outside.force_filter;
+  for (const bool closed_loop : {false, true}) {
+    const auto log_of = [&](const Axis& of) {
+      return closed_loop ? simulate_closed_loop_log(of, scene.programme, 1000.0, 4, true)
+                         : simulate_log(of, scene.programme, 1000.0, 4, true);
+    };
+    const SimulatedLog with = log_of(axis);
+    const SimulatedLog without = log_of(scene.bench.axis);
+    EXPECT_EQ(with.position_m, without.position_m);
+    EXPECT_EQ(with.force_N,
+              low_passed(without.force_N, 1000.0, filter.cut_Hz, filter.order, filter.zero_phase));
+    expect_parts_add_up(with);
+    EXPECT_GT(with.parts_rms_N[index(EffectId::kOutside)], 0.5 * axis.force_noise_N);
+  }
 }
 
 // Like /dev/null: a rename would put a file in its place.

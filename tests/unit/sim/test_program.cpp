@@ -82,6 +82,23 @@ TEST_F(Program, WritesALogThatFollowsTheContract) {
   }
 }
 
+TEST_F(Program, TellsWhatTheRecordingAddsToTheForce) {
+  const std::string call = "log --setup random --seed 4 --seconds 10 --out " + path("a.csv") + " --truth " +
+                           path("a.json") + " --outside ";
+  ASSERT_EQ(run(call + "ring").status, 0);
+  const std::string of_ring = read("a.json");
+  for (const char* key : {"\"outside\": \"ring\"", "\"frequency_Hz\"", "\"damping_ratio\"", "\"rms_N\"",
+                          "\"rms_over_noise\"", "\"none\""}) {
+    EXPECT_NE(of_ring.find(key), std::string::npos) << key;
+  }
+  ASSERT_EQ(run(call + "force_filter --effects viscous").status, 0);
+  const std::string of_filter = read("a.json");
+  for (const char* key : {"\"outside\": \"force_filter\"", "\"cut_Hz\"", "\"half_amplitude_Hz\"", "\"order\"",
+                          "\"zero_phase\"", "\"viscous\""}) {
+    EXPECT_NE(of_filter.find(key), std::string::npos) << key;
+  }
+}
+
 TEST_F(Program, RepeatsItself) {
   for (const std::string& mode : {std::string(), std::string(" --closed-loop")}) {
     const std::string call = "log --setup random --seed 11 --seconds 8" + mode + " --out ";
