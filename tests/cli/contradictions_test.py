@@ -341,7 +341,7 @@ class Contradictions(program.Workshop):
                 self.check(log, "--effects", "inertia")
 
     def test_causes_outside_the_catalogue(self):
-        for seed, kind in enumerate(("line", "bump", "burst", "backlash", "slip", "ring", "force_filter"), start=31):
+        for seed, kind in enumerate(("line", "bump", "burst", "backlash", "slip"), start=31):
             log = pathlib.Path(self.here, f"{kind}.csv")
             program.simulate(log, "--outside", kind, "--seconds", "15", "--rate", "1000", seed=seed)
             found = self.check(log)
