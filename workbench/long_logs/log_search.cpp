@@ -55,7 +55,7 @@ void LogSearch::measure() {
   if (conditioning_.bandwidth_Hz == 0.0) {
     if (const auto filter = filter_of_force(measurement())) {
       conditioning_.force_cut_Hz = filter->cut_Hz;
-      conditioning_.bandwidth_Hz = filter->flat_Hz;
+      conditioning_.bandwidth_Hz = std::min(filter->flat_Hz, measurement().bandwidth_Hz());
       searched_ = logs_.measure(intervals_, conditioning_);
     }
   }

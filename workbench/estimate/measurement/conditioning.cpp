@@ -49,8 +49,12 @@ constexpr double kInstantsPerPeriod = 3.0;
 
 }  // namespace
 
+double motion_bandwidth_Hz(double bandwidth_Hz, double rate_Hz) {
+  return std::min(kMotionBandwidthRatio * bandwidth_Hz, 0.3 * rate_Hz);
+}
+
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
-  return low_pass_taps(std::min(kMotionBandwidthRatio * bandwidth_Hz, 0.3 * rate_Hz), rate_Hz);
+  return low_pass_taps(motion_bandwidth_Hz(bandwidth_Hz, rate_Hz), rate_Hz);
 }
 
 double bandwidth_of_enough_rows_Hz(double duration_s) {

@@ -9,6 +9,8 @@ namespace slipstack::workbench {
 
 // What is chosen from logs before anything is fitted to them.
 
+/// Up to where the motion is known, for rows of this bandwidth.
+double motion_bandwidth_Hz(double bandwidth_Hz, double rate_Hz);
 /// Low pass of the motion, for rows of this bandwidth.
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz);
 

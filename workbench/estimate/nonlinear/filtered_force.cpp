@@ -44,21 +44,23 @@ struct Ratio {
 };
 
 /// The ratio at all frequencies where both have something in common, with the noise of the model allowed
-/// (H2; Bendat and Piersol, Random Data, 4th ed. 2010, 6.2): that of the encoder does not lower it.
+/// (H2; Bendat and Piersol, Random Data, 4th ed. 2010, 6.2): that of the encoder does not lower it. Of
+/// samples, because a filter may fall above the band of the rows; up to where the motion of the model ends.
 std::vector<Ratio> ratios_of(const Measurement& measurement, const FittedModel& model) {
   const auto rows = static_cast<std::size_t>(measurement.row_count());
-  const std::size_t segment = std::clamp<std::size_t>(std::bit_floor(rows / 8), 64, 256);
-  CrossSpectrum spectrum(measurement.row_rate_Hz(), segment);
-  const Eigen::VectorXd& model_N = model.linearisation->force_N();
-  const Eigen::VectorXd& measured_N = model.linearisation->measured_N();
+  const std::size_t in_rows = std::clamp<std::size_t>(std::bit_floor(rows / 8), 64, 256);
+  CrossSpectrum spectrum(measurement.sample_rate_Hz(), std::bit_floor(in_rows * measurement.row_stride()));
+  const std::vector<double>& model_N = model.linearisation->sample_force_N();
+  const std::vector<double>& measured_N = measurement.log().force_N;
   for (const LogPart& part : measurement.parts())
-    spectrum.add({model_N.data() + part.first_row, part.row_count},
-                 {measured_N.data() + part.first_row, part.row_count});
+    spectrum.add({model_N.data() + part.first_sample, part.sample_count},
+                 {measured_N.data() + part.first_sample, part.sample_count});
+  const double known_Hz = motion_bandwidth_Hz(measurement.bandwidth_Hz(), measurement.sample_rate_Hz());
   std::vector<Ratio> ratios;
   if (spectrum.segments() < 2) return ratios;
   const double chance = spectrum.chance_coherence(kChance);
   for (std::size_t bin = 2; bin < spectrum.bins(); ++bin) {  // a Hann window spreads the mean to the first
-    if (spectrum.frequency_Hz(bin) > measurement.bandwidth_Hz()) break;
+    if (spectrum.frequency_Hz(bin) > known_Hz) break;
     if (spectrum.coherence(bin) <= chance) continue;
     ratios.push_back(
         {spectrum.frequency_Hz(bin), std::abs(spectrum.response(bin)) / spectrum.coherence(bin)});

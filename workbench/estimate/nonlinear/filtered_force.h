@@ -15,9 +15,9 @@ struct ForceFilter {
 
 /// The filter of a force whose noise is not white, or less than any sensor's, from what a mass with
 /// hysteresis predicts of the force: the ratio of both falls, as that of a Butterworth filter does, to less
-/// than a tenth within the band. No mechanics do that to the whole force: above a mode the mass of the rotor
-/// remains. None for a force with white noise of a sensor, where the force excites too little to tell, and
-/// where too few rows would be left below it. Cost: a fit.
+/// than a tenth where the motion is known, three times the band. No mechanics do that to the whole force:
+/// above a mode the mass of the rotor remains. None for a force with white noise of a sensor, where the force
+/// excites too little to tell, and where too few rows would be left below it. Cost: a fit.
 std::optional<ForceFilter> filter_of_force(const Measurement& measurement);
 
 }  // namespace slipstack::workbench
