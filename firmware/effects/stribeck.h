@@ -25,7 +25,9 @@ class Stribeck {
       .cause =
           "a lubricant film that forms with speed: wipers, seals; slight in rolling guideways | a "
           "lubricant film that forms with speed: seals, gear teeth; slight in rolling bearings",
-      .confirm = "moves at constant velocity, from very slow to fast: friction level against log velocity"};
+      .confirm =
+          "moves at constant velocity, from very slow to fast: friction level against the logarithm of "
+          "velocity"};
   /// A breakaway of more than four times the level at speed is chosen as the limit: what lies beyond
   /// compensates another effect.
   static constexpr std::array<GainGroup, 2> gains{{

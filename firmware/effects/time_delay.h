@@ -12,7 +12,7 @@ class TimeDelay {
  public:
   static constexpr EffectText text{
       .id = "time_delay",
-      .title = "Force later than motion",
+      .title = "Force and motion apart in time",
       .formula = "F(t) + T dF/dt = F_model(t - tau)",
       .source = "[1] set-up 2: phase beyond -180 degrees from sampling delay and filters",
       .residual =
