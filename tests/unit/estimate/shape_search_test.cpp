@@ -2,6 +2,7 @@
 // The search for shapes: ranges, starting points, and what a fit finds.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -114,8 +115,14 @@ Term lag_found(const MeasurementDynamics& lag, double noise_N, std::uint64_t see
     truth[1].gains = {3.0};
     log.force_N = evaluate_force(measurement, truth).force_N;
   }
-  sim::DelayLine recorder(1.0 / log.sample_rate_Hz, lag.delay_s, lag.filter_s);
+  sim::DelayLine recorder(1.0 / log.sample_rate_Hz, std::max(lag.delay_s, 0.0), lag.filter_s);
   for (double& force_N : log.force_N) force_N = recorder.push(force_N);
+  // A lead: the force of later samples.
+  const auto ahead =
+      static_cast<std::ptrdiff_t>(std::round(std::max(-lag.delay_s, 0.0) * log.sample_rate_Hz));
+  std::copy(log.force_N.begin() + ahead, log.force_N.end(), log.force_N.begin());
+  log.force_N.resize(log.force_N.size() - static_cast<std::size_t>(ahead));
+  log.position_m.resize(log.force_N.size());
   test::Draw draw(seed);
   for (double& force_N : log.force_N) force_N += noise_N * draw.normal();
   const Measurement measurement(log);
@@ -141,6 +148,15 @@ TEST(ShapeSearch, KeepsAPureDelay) {
     EXPECT_EQ(lag.shapes[1], 0.0);
     EXPECT_EQ(lag.shape_standard_errors[1], 0.0);
     EXPECT_NEAR(lag.shapes[0], 2e-3, 5.0 * lag.shape_standard_errors[0]);
+  }
+}
+
+// A force that leads by 3 ms, through a low pass of 5 ms: whoever filters a force makes it late.
+TEST(ShapeSearch, TakesNoLowPassBesideALeadForALag) {
+  for (const std::uint64_t seed : {21u, 24u}) {
+    const Term lag = lag_found({-8e-3, 5e-3}, 0.05, seed);
+    EXPECT_EQ(lag.shapes[1], 0.0);
+    EXPECT_NEAR(lag.shapes[0], -3e-3, 0.5e-3);
   }
 }
 

@@ -94,6 +94,13 @@ FittedModel search_nominal(const Measurement& measurement, const FittedModel& fi
   return fit_gains(measurement, std::move(terms), &fitted);
 }
 
+/// Whether a term is a low pass beside a negative delay, which takes most of its lag back: a force that was
+/// filtered is late. What is left of both is a lead that grows with frequency, of an elastic drive or of the
+/// encoder.
+bool is_lead(const Term& term) {
+  return is_delay(term) && term.shapes[1] > 0.0 && term.shapes[0] < -0.5 * term.shapes[1];
+}
+
 /// Releases the nominal shapes of one term, where the held-out error demands it.
 FittedModel refine_nominal_shapes_of(const Measurement& measurement, FittedModel fitted, std::size_t t) {
   if (nominal_shapes(measurement, *fitted.terms[t].effect).empty()) return fitted;
@@ -102,7 +109,8 @@ FittedModel refine_nominal_shapes_of(const Measurement& measurement, FittedModel
   const auto held_out_N = [&](const Term& term) { return held_out_with(measurement, base, term); };
   FittedModel plain = nominal(measurement, fitted, t);
   FittedModel moved = search_nominal(measurement, fitted, t, held_out_N);
-  if (!(moved.holdout_rmse_N < kLeavesNominal * plain.holdout_rmse_N)) return plain;
+  if (!(moved.holdout_rmse_N < kLeavesNominal * plain.holdout_rmse_N) || is_lead(moved.terms[t]))
+    return plain;
   if (!is_delay(moved.terms[t])) return moved;
   // The inverse of a low pass amplifies the noise of the force, which biases the estimated low pass towards
   // zero. The decision whether there is one was taken above with this bias, which is on the safe side. Its
@@ -110,12 +118,13 @@ FittedModel refine_nominal_shapes_of(const Measurement& measurement, FittedModel
   // the residual.
   const double gain = measurement.force_noise_gain({});
   const double noise_N = std::min(measurement.force_noise_N(), moved.train_rmse_N / gain);
-  return search_nominal(measurement, moved, t, [&](const Term& term) {
+  FittedModel filtered = search_nominal(measurement, moved, t, [&](const Term& term) {
     const double amplified_N = noise_N * measurement.force_noise_gain(measurement_dynamics_of({term}));
     const double error_N = held_out_N(term);
     return std::sqrt(
         std::max(0.0, error_N * error_N - amplified_N * amplified_N + noise_N * noise_N * gain * gain));
   });
+  return is_lead(filtered.terms[t]) ? plain : filtered;
 }
 
 }  // namespace
