@@ -179,6 +179,20 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   if (confounder) diagnosis.unexplained = std::move(confounder);
 }
 
+/// A free curve over time follows a slow motion, and so whatever depends on it: where a free curve over
+/// another coordinate explains more of what the effects leave, that is told in its place.
+void prefer_other_coordinate(const Measurement& measurement, Diagnosis& diagnosis) {
+  Structure& cause = diagnosis.outside.causes.front();
+  if (!cause.free_curve) return;
+  for (Structure& one : structure_left(measurement, diagnosis)) {
+    const bool of_motion = one.coordinate == Coordinate::position || one.coordinate == Coordinate::velocity ||
+                           one.coordinate == Coordinate::acceleration;
+    if (!of_motion || one.error_reduction <= cause.error_reduction) continue;
+    cause = std::move(one);
+    return;
+  }
+}
+
 /// The strongest cause outside the catalogue, beside what is above the bandwidth of the rows, where neither
 /// effects nor causes are searched.
 Structure cause_and_what_is_above(const Measurement& measurement, const Diagnosis& diagnosis) {
@@ -192,6 +206,7 @@ Structure cause_and_what_is_above(const Measurement& measurement, const Diagnosi
 
 /// The verdict where causes outside the catalogue compete with the effects: the stronger of both.
 void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
+  prefer_other_coordinate(measurement, diagnosis);
   diagnosis.unexplained = cause_and_what_is_above(measurement, diagnosis);
   const bool named = diagnosis.steps.size() > 1 && !diagnosis.outside.explain_most;
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;

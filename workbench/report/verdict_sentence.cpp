@@ -79,8 +79,8 @@ std::string better_alone(const json& result, const EffectName& name) {
                      newtons(number_of((*best)["holdout_rmse_N"])), not_plausible(*best));
 }
 
-/// What a complete model leaves beyond the noise floor, where that is more than the floor: its form is then
-/// not that of the axis, though it misses little of the force.
+/// What a model leaves beyond the noise floor, where that is more than the floor: its form is then not that
+/// of the axis, though no structure is told of it.
 std::string beyond_floor(const json& result) {
   const double left_N = number_of(result["discrepancy_N"]);
   const json& baseline = result["baseline"];
@@ -168,6 +168,7 @@ Headline headline_of(const json& result, const EffectName& name) {
     headline.detail += ties_of_steps(result, 2, name);
   }
   if (!left.empty()) headline.detail += " Still open: " + left;
+  if (left.empty()) headline.detail += beyond_floor(result);
   headline.detail += better_alone(result, name);
   return headline;
 }

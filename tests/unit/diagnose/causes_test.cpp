@@ -85,6 +85,32 @@ INSTANTIATE_TEST_SUITE_P(OfAllKinds, Causes,
                                            Case{"curve", creep, Coordinate::time}),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
+// An eddy brake, of which the force rises and falls with the velocity, is no effect of the catalogue. A free
+// curve over time follows a slow motion, and so this force too.
+TEST(Causes, ADependenceOnVelocityIsNotToldAsTime) {
+  constexpr double kMass_kg = 10.0;
+  constexpr double kLevel_N = 4.0;
+  constexpr double kSlip_m = 20e-6;
+  const auto x = [](double t) { return 0.15 * std::sin(0.6 * t) + 0.05 * std::sin(0.17 * t); };
+  test::Draw draw(3);
+  double last_m = 0.0;
+  double deflection = 0.0;  // of one stop operator, relative to its slip distance
+  Log log = test::log_of(500.0, 20'000, x, [&](double t) {
+    const double velocity_mps = 0.09 * std::cos(0.6 * t) + 0.0085 * std::cos(0.17 * t);
+    const double acceleration_mps2 = -0.054 * std::sin(0.6 * t) - 0.001445 * std::sin(0.17 * t);
+    deflection = std::clamp(deflection + (x(t) - last_m) / kSlip_m, -1.0, 1.0);
+    last_m = x(t);
+    const double u = velocity_mps / 0.06;
+    return kMass_kg * acceleration_mps2 + kLevel_N * deflection + 60.0 * velocity_mps / (1.0 + u * u) +
+           0.05 * draw.normal();
+  });
+  log.mass_kg = kMass_kg;
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::velocity) << is.unexplained->description;
+}
+
 // The values that the description states are those that were hidden.
 TEST(Causes, StateTheirValues) {
   const Diagnosis line = diagnosed(log_and_force(0.0, hum));

@@ -341,6 +341,7 @@ Structure place_and_text(const DescribedCause& described) {
       break;
     case CauseForm::force_over_time: {
       structure.coordinate = Coordinate::time;
+      structure.free_curve = true;
       const KnotsOfCurve extreme = extreme_knots(described);
       structure.where = knot_s(cause, extreme.highest);
       structure.description = curve_text(described, extreme);

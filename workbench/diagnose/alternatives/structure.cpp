@@ -63,8 +63,9 @@ Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& r
   return {Coordinate::time,
           reduction_beyond(share, kUsual),
           time_s,
-          fmt::format("what is left sits in few moments: 1 % of the time holds {:.0f} % of it, most at {}",
-                      100.0 * share, when),
+          fmt::format(
+              "what is left sits in few moments: 1 % of the time holds {:.0f} % of its square, most at {}",
+              100.0 * share, when),
           residual,
           true};
 }

@@ -24,6 +24,7 @@ struct Structure {
   std::string description;      ///< a sentence without its capital and its full stop
   Eigen::VectorXd explained_N;  ///< the part of the residual that the structure explains, at the rows
   bool only_where = false;      ///< it tells when the residual is large, and no force
+  bool free_curve = false;      ///< it is one of many values, without a form of its own
 };
 
 /// Searches `residual_N` (rows) for structure along every coordinate: one for each, the strongest first.

@@ -16,12 +16,14 @@
 
 namespace slipstack::workbench {
 
-bool has_no_true_gap(const FittedModel& model) {
+bool has_no_true_gap(const Measurement& measurement, const FittedModel& model) {
   // Of the mass of the axis, of which a part is behind a gap, found to a quarter (kErrorOfGap). Chosen.
   constexpr double kMostOfMass = 1.5;
   const Term* const gap = find_cause(model.terms, CauseForm::gap_in_drive);
   if (gap == nullptr) return false;
   if (gap->gains[0] > kMostOfMass * mass_kg(model.terms)) return true;
+  // Within a step the encoder does not show where the axis is.
+  if (gap->shapes[0] < 2.0 * measurement.encoder_resolution_m()) return true;
   const Term* const hysteresis = find_role(model.terms, Role::hysteresis);
   const double behind_N = gap->gains[0] * gap->shapes[1];  // mass times deceleration by friction
   return hysteresis == nullptr || behind_N < kMajority * hysteresis_level_N(*hysteresis, 0);

@@ -11,7 +11,7 @@ namespace slipstack::workbench {
 /// it (half more than is true at most: docs/theory.md), or without most of the friction. The guideway carries
 /// the carriage, so its friction acts there; another form of the hysteresis takes the form of a small mass
 /// behind a gap.
-bool has_no_true_gap(const FittedModel& model);
+bool has_no_true_gap(const Measurement& measurement, const FittedModel& model);
 
 /// Whether the model has a friction that repeats with a pitch which the map over the position resolves,
 /// having four values in one, so that it has a name; or one that a force describes as well, which is the same

@@ -119,12 +119,33 @@ bool contains_zero(double value, double standard_error) {
   return std::abs(value) <= 2.0 * standard_error;
 }
 
+/// Whether the friction forward and backward, which is what the term is named for, is the same: its halves
+/// differ by less than two standard errors, or than what a hysteresis of another form leaves. Gains that
+/// cancel in steady motion are a form of the friction near reversals.
+bool is_equal_each_way(const Measurement& measurement, const FittedModel& model, const Term& term) {
+  const auto dry_N = [](const FrictionEachWay& one) { return one.dry_forward_N - one.dry_backward_N; };
+  const auto slope = [](const FrictionEachWay& one) { return one.slope_forward - one.slope_backward; };
+  const FrictionEachWay all = friction_each_way(model.terms, term);
+  std::vector<double> dry_without_N;
+  std::vector<double> slope_without;
+  for (const Terms& terms : terms_without_blocks(model)) {
+    const FrictionEachWay one = friction_each_way(terms, *find_term(terms, term.effect->text.id));
+    dry_without_N.push_back(dry_N(one));
+    slope_without.push_back(slope(one));
+  }
+  const double least_N = kFormLeaves * (all.dry_forward_N + all.dry_backward_N);  // between the halves
+  const double speed_mps = rms(measurement.velocity_mps());
+  return std::abs(dry_N(all)) <= std::max(2.0 * jackknife_error(dry_without_N), least_N) &&
+         std::abs(slope(all)) * speed_mps <=
+             std::max(2.0 * jackknife_error(slope_without) * speed_mps, least_N);
+}
+
 /// Whether the log determines nothing of the term: its one gain is within two standard errors of zero; or
 /// each of several is, and a shape is anything, its standard error above its value. Of several gains each may
-/// be within two where together they are not. What a map or the friction each way is, no single gain tells.
-bool is_undetermined(const Terms& model, const Term& term) {
-  if (term.gains.empty() || term.effect->has_shape(ShapeKind::travel) || directional_term(model) == &term)
-    return false;
+/// be within two where together they are not. What a map is, no single gain tells.
+bool is_undetermined(const Measurement& measurement, const FittedModel& model, const Term& term) {
+  if (directional_term(model.terms) == &term) return is_equal_each_way(measurement, model, term);
+  if (term.gains.empty() || term.effect->has_shape(ShapeKind::travel)) return false;
   for (std::size_t i = 0; i < term.gains.size(); ++i) {
     if (!contains_zero(term.gains[i], term.gain_standard_error(i))) return false;
   }
@@ -147,13 +168,25 @@ std::vector<std::string> drop_superfluous(const SelectionContext& context, Expla
   return implausible;
 }
 
+void drop_coulomb_of_hysteresis(const SelectionContext& context, Explanation& explanation) {
+  if (!coulomb_is_of_hysteresis(explanation.model, context.measurement.noise_floor_N())) return;
+  for (std::size_t i = 0; i < explanation.added.size(); ++i) {
+    if (!find_term(explanation.model.terms, explanation.added[i])
+             ->effect->has_role(Role::saturating_friction))
+      continue;
+    explanation = without_effect(context, explanation, i);
+    return;
+  }
+}
+
 std::vector<std::string> drop_undetermined(const SelectionContext& context, Explanation& explanation) {
   std::vector<std::string> dropped;
-  while (explanation.added.size() > 1) {
+  while (!explanation.added.empty()) {
     const FittedModel known = with_standard_errors(context.measurement, explanation.model);
-    const auto effect = std::find_if(
-        explanation.added.begin(), explanation.added.end(),
-        [&](const std::string& id) { return is_undetermined(known.terms, *find_term(known.terms, id)); });
+    const auto effect =
+        std::find_if(explanation.added.begin(), explanation.added.end(), [&](const std::string& id) {
+          return is_undetermined(context.measurement, known, *find_term(known.terms, id));
+        });
     if (effect == explanation.added.end()) break;
     dropped.push_back(*effect);
     explanation =

@@ -14,6 +14,10 @@ namespace slipstack::workbench {
 /// shapes have made them implausible (modes and lags only).
 std::vector<std::string> drop_superfluous(const SelectionContext& context, Explanation& explanation);
 
+/// Drops Coulomb friction that is what the hysteresis leaves of a virgin curve of another form: what stood
+/// beside it may have been taken from the model since.
+void drop_coulomb_of_hysteresis(const SelectionContext& context, Explanation& explanation);
+
 /// Of several effects drops those of one gain that differs from zero by less than two standard errors beside
 /// the others: two that cancel each other lower the error together, and the log does not say how large they
 /// are. Returns them. Cost: the standard errors of the model, once more for each that is dropped.

@@ -166,6 +166,8 @@ void set_causes_apart(Found& found) {
   found.best.model =
       found.best.added.empty() ? found.context.baseline : fit_gains(measurement, std::move(effects), &joint);
   drop_superfluous(found.context, found.best);
+  drop_coulomb_of_hysteresis(found.context, found.best);
+  drop_undetermined(found.context, found.best);
   exchange_effects(found.context, special_cases(found), {}, found.best);
   const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
   found.outside.explain_most = causes_alone.holdout_rmse_N < found.best.model.holdout_rmse_N;
