@@ -8,9 +8,9 @@ namespace slipstack::workbench {
 // What a fitted cause outside the catalogue cannot be.
 
 /// Whether the model has a gap with more mass behind it than the axis has, as far as the form of a gap tells
-/// it (half more than is true at most: docs/theory.md), or without most of the friction. The guideway carries
-/// the carriage, so its friction acts there; another form of the hysteresis takes the form of a small mass
-/// behind a gap.
+/// it (half more than is true at most: docs/theory.md), or without most of the friction, or within two steps
+/// of the encoder. The guideway carries the carriage, so its friction acts there; another form of the
+/// hysteresis takes the form of a small mass behind a gap.
 bool has_no_true_gap(const Measurement& measurement, const FittedModel& model);
 
 /// Whether the model has a friction that repeats with a pitch which the map over the position resolves,

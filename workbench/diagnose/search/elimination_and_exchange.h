@@ -18,9 +18,11 @@ std::vector<std::string> drop_superfluous(const SelectionContext& context, Expla
 /// beside it may have been taken from the model since.
 void drop_coulomb_of_hysteresis(const SelectionContext& context, Explanation& explanation);
 
-/// Of several effects drops those of one gain that differs from zero by less than two standard errors beside
-/// the others: two that cancel each other lower the error together, and the log does not say how large they
-/// are. Returns them. Cost: the standard errors of the model, once more for each that is dropped.
+/// Drops effects of which the log determines nothing: whose gain differs from zero by less than two standard
+/// errors beside the others (two that cancel each other lower the error together, and the log does not say
+/// how large they are); whose gains all do, with a shape that may be anything; a difference between the
+/// directions that is none in steady motion. Returns them. Cost: the standard errors of the model, once more
+/// for each that is dropped.
 std::vector<std::string> drop_undetermined(const SelectionContext& context, Explanation& explanation);
 
 /// Replaces an effect by another that has the better criterion beside the other effects: what was best while
