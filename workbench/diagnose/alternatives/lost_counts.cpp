@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/evidence/chance.h"
 

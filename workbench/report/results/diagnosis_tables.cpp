@@ -11,6 +11,7 @@
 #include "workbench/diagnose/detectability/ties.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/report/criterion_note.h"
+#include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
 #include "workbench/report/results/diagnosis_result.h"
