@@ -167,8 +167,7 @@ Headline headline_of(const json& result, const EffectName& name) {
                                    names_of_steps(steps, 2, name), error(steps.back()));
     headline.detail += ties_of_steps(result, 2, name);
   }
-  if (!left.empty()) headline.detail += " Still open: " + left;
-  if (left.empty()) headline.detail += beyond_floor(result);
+  headline.detail += left.empty() ? beyond_floor(result) : " Still open: " + left;
   headline.detail += better_alone(result, name);
   return headline;
 }

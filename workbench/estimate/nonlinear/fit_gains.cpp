@@ -62,7 +62,7 @@ void fit_without_products(const Measurement& measurement, Terms& terms, double n
 }
 
 /// A model with other gains, and what it leaves.
-struct Trial {
+struct TriedGains {
   Terms terms;
   Eigen::VectorXd residual_N;
   DryTrace dry;  ///< evaluate_dry() of the terms, where it was needed
@@ -79,8 +79,8 @@ class PenalisedSquares {
   /// Of the model where it was linearised.
   double here(const Terms& terms) const { return of(near_.residual_N(), gains_of(terms)); }
   /// Of the model with other gains, and not of its linearisation.
-  Trial at(const Terms& terms, const Eigen::VectorXd& gains) const {
-    Trial trial{terms, {}, {}, 0.0};
+  TriedGains at(const Terms& terms, const Eigen::VectorXd& gains) const {
+    TriedGains trial{terms, {}, {}, 0.0};
     take_gains(trial.terms, gains);
     trial.residual_N = near_.residual_at(trial.terms, &trial.dry);
     trial.cost = of(trial.residual_N, gains);
@@ -97,7 +97,7 @@ class PenalisedSquares {
   }
   /// The same with the curvature that a trial has shown: a second-order correction (Nocedal & Wright 2006
   /// ch. 18.3), exact along the step for a product of two gains.
-  Eigen::VectorXd corrected(const Trial& trial, const Eigen::VectorXd& here, double damping,
+  Eigen::VectorXd corrected(const TriedGains& trial, const Eigen::VectorXd& here, double damping,
                             const std::vector<BoundState>& start) const {
     const Eigen::VectorXd target = trial.residual_N + near_.columns() * gains_of(trial.terms);
     return equations_.with_target(measurement_, near_.columns(), target)
@@ -142,7 +142,7 @@ class DampedSteps {
     const bool last = promised < kConverged;
     if (last) damping_ = 0.0;
     for (int trials = last ? 1 : kMostTrials; trials > 0; --trials) {
-      Trial trial = tried(cost, cost_here, whole, terms);
+      TriedGains trial = tried(cost, cost_here, whole, terms);
       if (!(trial.cost < cost_here)) continue;
       terms = std::move(trial.terms);
       dry = std::move(trial.dry);
@@ -153,15 +153,15 @@ class DampedSteps {
 
  private:
   /// One trial, and the damping of the next by how far it kept its promise.
-  Trial tried(const PenalisedSquares& cost, double cost_here, const BoundedSolution& whole,
-              const Terms& terms) {
+  TriedGains tried(const PenalisedSquares& cost, double cost_here, const BoundedSolution& whole,
+                   const Terms& terms) {
     const Eigen::VectorXd here = gains_of(terms);
     const Eigen::VectorXd there =
         damping_ == 0.0 ? whole.value : cost.fit_near(here, damping_, whole.bound_states);
     const double promised = cost_here - cost.linearised(there);
-    Trial trial = cost.at(terms, there);
+    TriedGains trial = cost.at(terms, there);
     if (cost_here - trial.cost < kPoorStep * promised) {
-      Trial corrected = cost.at(terms, cost.corrected(trial, here, damping_, whole.bound_states));
+      TriedGains corrected = cost.at(terms, cost.corrected(trial, here, damping_, whole.bound_states));
       if (corrected.cost < trial.cost) trial = std::move(corrected);
     }
     const double decrease = cost_here - trial.cost;
