@@ -67,25 +67,32 @@ TEST(VerdictSentence, TellsWhatACompleteModelLeavesWhereThatIsMoreThanTheFloor) 
   EXPECT_TRUE(says(above, "Beyond the floor it leaves 2.00 N, 10.00 % of the force.")) << above;
 }
 
-/// Viscous friction is named and leaves 2 N; `other_N`: what another candidate leaves alone.
+/// The baseline leaves 3 N of a force of 30 N (rms), viscous friction 2 N of them, at a noise floor of 1 N.
+json result_of_viscous(const json& candidates) {
+  return {{"verdict", "missing_effect"},
+          {"noise_floor_N", 1.0},
+          {"discrepancy_N", 0.5},
+          {"baseline", {{"holdout_rmse_N", 3.0}, {"train_rmse_N", 3.0}, {"relative_error", 0.1}}},
+          {"best", {{"holdout_rmse_N", 2.0}}},
+          {"candidates", candidates},
+          {"steps", json::array({{{"effect", "baseline"}, {"holdout_rmse_N", 3.0}},
+                                 {{"effect", "viscous"}, {"holdout_rmse_N", 2.0}, {"evidence", "as told"}}})},
+          {"unexplained", nullptr}};
+}
+
+/// A candidate that leaves `left_N` of the baseline's 3 N.
+json candidate(const std::string& effect, double left_N) {
+  return {{"effect", effect},
+          {"title", effect},
+          {"evidence", "as told"},
+          {"holdout_rmse_N", left_N},
+          {"error_reduction", 1.0 - left_N / 3.0},
+          {"criterion_difference", -50.0}};
+}
+
+/// `other_N`: what another candidate than viscous friction leaves alone.
 std::string detail_beside_viscous(const std::string& other, double other_N) {
-  const auto candidate = [](const std::string& effect, double left_N) {
-    return json{{"effect", effect},
-                {"title", effect},
-                {"evidence", "as told"},
-                {"holdout_rmse_N", left_N},
-                {"error_reduction", 1.0 - left_N / 3.0},
-                {"criterion_difference", -50.0}};
-  };
-  const json steps = json::array(
-      {{{"effect", "baseline"}, {"holdout_rmse_N", 3.0}}, {{"effect", "viscous"}, {"holdout_rmse_N", 2.0}}});
-  const json result = {{"verdict", "missing_effect"},
-                       {"noise_floor_N", 1.0},
-                       {"baseline", {{"holdout_rmse_N", 3.0}}},
-                       {"best", {{"holdout_rmse_N", 2.0}}},
-                       {"candidates", json::array({candidate("viscous", 2.0), candidate(other, other_N)})},
-                       {"steps", steps},
-                       {"unexplained", nullptr}};
+  const json result = result_of_viscous(json::array({candidate("viscous", 2.0), candidate(other, other_N)}));
   return headline_of(result, [](const std::string& id) { return id; }).detail;
 }
 
@@ -96,27 +103,24 @@ TEST(VerdictSentence, TellsOfAnEffectThatAloneLeavesLessThanAllThatAreNamed) {
   EXPECT_FALSE(says(detail_beside_viscous("viscous", 1.50), "alone would leave"));  // it is named
 }
 
-TEST(VerdictSentence, TellsATieInTheHeadline) {
-  const auto candidate = [](const char* effect) {
-    return json{{"effect", effect},          {"title", effect},         {"evidence", "as told"},
-                {"holdout_rmse_N", 2.0},     {"error_reduction", 0.33}, {"criterion_difference", -50.0},
-                {"confounded_with", {"any"}}};
+TEST(VerdictSentence, TellsWhatNamedEffectsLeaveWhereThatIsMoreThanTheFloor) {
+  json result = result_of_viscous(json::array({candidate("viscous", 2.0)}));
+  const auto detail = [&result] {
+    return headline_of(result, [](const std::string& id) { return id; }).detail;
   };
+  EXPECT_FALSE(says(detail(), "Beyond the floor")) << detail();
+  result["discrepancy_N"] = 1.5;
+  EXPECT_TRUE(says(detail(), "Beyond the floor it leaves 1.50 N, 5.00 % of the force.")) << detail();
+}
+
+TEST(VerdictSentence, TellsATieInTheHeadline) {
   const auto pair = [](const char* effect, const char* other) {
     return json{{"effect", effect}, {"other", other}, {"angle_deg", 3.0}};
   };
-  json result = {
-      {"verdict", "missing_effect"},
-      {"noise_floor_N", 1.0},
-      {"baseline", {{"holdout_rmse_N", 3.0}}},
-      {"best", {{"holdout_rmse_N", 2.0}}},
-      {"candidates", json::array({candidate("viscous"), candidate("offset_force")})},
-      {"steps", json::array({{{"effect", "baseline"}, {"holdout_rmse_N", 3.0}},
-                             {{"effect", "viscous"}, {"holdout_rmse_N", 2.0}, {"evidence", "as told"}},
-                             {{"effect", "offset_force"}, {"holdout_rmse_N", 1.5}}})},
-      {"cannot_separate", json::array({pair("viscous", "quadratic_drag"), pair("viscous", "drift"),
-                                       pair("offset_force", "cable_chain_stiffness")})},
-      {"unexplained", nullptr}};
+  json result = result_of_viscous(json::array({candidate("viscous", 2.0), candidate("offset_force", 2.0)}));
+  result["steps"].push_back({{"effect", "offset_force"}, {"holdout_rmse_N", 1.5}});
+  result["cannot_separate"] = json::array({pair("viscous", "quadratic_drag"), pair("viscous", "drift"),
+                                           pair("offset_force", "cable_chain_stiffness")});
   const Headline told = headline_of(result, [](const std::string& id) { return id; });
   EXPECT_TRUE(
       says(told.line, "Missing: viscous; this log cannot tell it from quadratic_drag or drift. Adding"))
