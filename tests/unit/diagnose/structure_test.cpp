@@ -64,6 +64,22 @@ TEST_F(Residual, OfOnePassIsOneOfTime) {
   EXPECT_NEAR(found.where, row_times(measurement_)(first), 0.5);
 }
 
+// At the beginning of a log nobody knows how the friction is loaded.
+TEST_F(Residual, AtTheBeginningIsToldAsThat) {
+  const auto told = [&](double at_s) {
+    const Eigen::VectorXd times_s = row_times(measurement_);
+    const double length_s = times_s.maxCoeff() / 8.0;
+    const Structure found =
+        find_structure(measurement_,
+                       noise_N_ + 3.0 * (-((times_s.array() - at_s) / length_s).square()).exp().matrix())
+            .front();
+    EXPECT_EQ(found.coordinate, Coordinate::time);
+    return found.description.find("the log begins there") != std::string::npos;
+  };
+  EXPECT_TRUE(told(0.0));
+  EXPECT_FALSE(told(row_times(measurement_).maxCoeff() / 2.0));
+}
+
 /// Rows at which a signal changes sign.
 std::vector<Eigen::Index> reversals_of(const Eigen::VectorXd& signal) {
   std::vector<Eigen::Index> rows;

@@ -345,6 +345,8 @@ Structure place_and_text(const DescribedCause& described) {
       const KnotsOfCurve extreme = extreme_knots(described);
       structure.where = knot_s(cause, extreme.highest);
       structure.description = curve_text(described, extreme);
+      const double earlier_s = knot_s(cause, std::min(extreme.lowest, extreme.highest));
+      structure.description += note_at_start(described.measurement(), earlier_s, knot_distance_s(cause));
       break;
     }
   }

@@ -44,6 +44,33 @@ Structure over(Coordinate coordinate, const std::string& unit, const Eigen::Vect
           judged.explained};
 }
 
+/// A log, and the time from its beginning.
+struct TimeInLog {
+  std::size_t log = 0;
+  double own_s = 0.0;
+};
+
+TimeInLog time_in_log(const Measurement& measurement, double time_s) {
+  TimeInLog in{0, time_s};
+  const auto length_s = [&] {
+    return static_cast<double>(measurement.log_sample_count(in.log)) * measurement.tick_s();
+  };
+  for (; in.log + 1 < measurement.log_count() && in.own_s >= length_s(); ++in.log) in.own_s -= length_s();
+  return in;
+}
+
+/// What a free curve over time tells of the residual.
+Structure over_time(const Measurement& measurement, const Eigen::VectorXd& residual_N, const Halves& halves) {
+  const Eigen::VectorXd times_s = row_times(measurement);
+  Structure found = over(Coordinate::time, "s", times_s, residual_N, halves);
+  if (measurement.log_count() > 1) {
+    found.description += " (" + when_of(measurement, found.where, spread_of_moment_s(measurement)) + ")";
+  }
+  const double interval_s = resolution(knots_over(times_s, kCurveIntervals), found.where);
+  found.description += note_at_start(measurement, found.where, interval_s);
+  return found;
+}
+
 /// Energy concentrated in a few rows: an event, not an effect.
 Structure event_in_time(const Measurement& measurement, const Eigen::VectorXd& residual) {
   const std::span<const double> rows(residual.data(), static_cast<std::size_t>(residual.size()));
@@ -95,15 +122,16 @@ double spread_of_moment_s(const Measurement& measurement) {
 }
 
 std::string when_of(const Measurement& measurement, double time_s, double half_width_s) {
-  if (measurement.log_count() == 1) return quantity_with_interval(time_s, half_width_s, "s");
-  std::size_t log = 0;
-  double own_s = time_s;
-  const auto length_s = [&] {
-    return static_cast<double>(measurement.log_sample_count(log)) * measurement.tick_s();
-  };
-  for (; log + 1 < measurement.log_count() && own_s >= length_s(); ++log) own_s -= length_s();
+  const auto [log, own_s] = time_in_log(measurement, time_s);
+  std::string when = quantity_with_interval(own_s, half_width_s, "s");
+  if (measurement.log_count() == 1) return when;
   const LogPart& part = measurement.parts()[measurement.parts_of_log(log).first];
-  return fmt::format("{} of {}", quantity_with_interval(own_s, half_width_s, "s"), printable(part.path));
+  return fmt::format("{} of {}", when, printable(part.path));
+}
+
+std::string note_at_start(const Measurement& measurement, double time_s, double half_width_s) {
+  if (time_in_log(measurement, time_s).own_s > half_width_s) return "";
+  return " (the log begins there, and nothing is known of the state that the friction has at its beginning)";
 }
 
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
@@ -115,11 +143,7 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
                        residual_N, halves));
   found.push_back(over(Coordinate::acceleration, "m/s2",
                        at_rows(measurement, measurement.acceleration_mps2()), residual_N, halves));
-  found.push_back(over(Coordinate::time, "s", row_times(measurement), residual_N, halves));
-  if (measurement.log_count() > 1) {
-    found.back().description +=
-        " (" + when_of(measurement, found.back().where, spread_of_moment_s(measurement)) + ")";
-  }
+  found.push_back(over_time(measurement, residual_N, halves));
   found.push_back(line_at_rows(measurement, residual_N));
   Structure event = event_in_time(measurement, residual_N);
   Structure reversal = after_reversals(measurement, residual_N);

@@ -34,6 +34,10 @@ std::vector<Structure> find_structure(const Measurement& measurement, const Eige
 /// name of the log.
 std::string when_of(const Measurement& measurement, double time_s, double half_width_s = 0.0);
 
+/// What is to be said of a time whose interval begins with its log: the friction has a state there that no
+/// model knows, until the axis has moved far enough to forget it. Empty for a later time.
+std::string note_at_start(const Measurement& measurement, double time_s, double half_width_s);
+
 /// How far the filter of the rows spreads a moment to either side [s]: half a period of the bandwidth.
 double spread_of_moment_s(const Measurement& measurement);
 
