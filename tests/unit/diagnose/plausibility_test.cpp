@@ -13,7 +13,9 @@
 #include "tests/unit/estimate/estimate_support.h"
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
+#include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/implausible_causes.h"
+#include "workbench/estimate/linear/force_trace.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
@@ -167,6 +169,7 @@ TEST(IsTooSmall, AModeThatSmoothsTheStepsOfTheEncoder) {
   const double axis_kg = mass_kg({inertia});
   // A third of the axis swings, with no mass beside: far above its frequency two thirds follow.
   Term mode = make_term(measurement, *find_effect("structural_resonance"));
+  mode.shapes = {2.0, 0.02};  // so low that the rounding of the motion is no question
   mode.gains = {axis_kg / 3.0, 0.0, -axis_kg / 3.0};
   const Terms after{inertia, mode};
   const LogPart& part = measurement.parts().front();
@@ -180,6 +183,43 @@ TEST(IsTooSmall, AModeThatSmoothsTheStepsOfTheEncoder) {
   EXPECT_FALSE(is_too_small(measurement, baseline, baseline.terms, after, 2.1 * 5.0 / 9.0 * steps_N2));
   // Beside a mode that is known it is no question.
   EXPECT_FALSE(is_too_small(measurement, baseline, after, after, 0.1 * steps_N2));
+}
+
+// Moves at irregular intervals excite the mode anew, each with a phase of its own.
+TEST(HasImplausibleMode, ThatMovesTheAxisByNoMoreThanTheEncoderRounds) {
+  const auto moved_m = [](double time_s) {
+    double position_m = 0.0;
+    for (int move = 0; move < 8; ++move) {
+      const double share = std::clamp((time_s - 0.7 * move - 0.2 * std::sin(5.0 * move)) / 0.15, 0.0, 1.0);
+      const double way_m = move % 2 == 0 ? 0.02 : -0.02;
+      position_m += way_m * share * share * share * (10.0 + share * (6.0 * share - 15.0));
+    }
+    return position_m;
+  };
+  Log log = test::log_of(2000.0, 12'000, moved_m, [](double) { return 0.0; });
+  log.encoder_resolution_m = 5e-6;
+  const Measurement empty(log);
+  const auto is_none = [&](double share_of_rounding) {
+    Terms truth = with_arm(empty, 0.01).terms;
+    truth.back().shapes = {8.0, 0.1};
+    // 5 um are rounded by 1.443 um rms; at 8 Hz that is an acceleration of 3.647 mm/s2.
+    const double rounding_N = 3.647e-3 * 2.0;
+    EXPECT_NEAR(std::sqrt(rounded_motion_N2(empty, truth)), rounding_N, 0.01 * rounding_N);
+    const auto swing_N = [&] {
+      const Eigen::VectorXd force_N = at_rows(empty, evaluate_force(empty, {truth.back()}).force_N);
+      const Eigen::VectorXd acceleration_mps2 = at_rows(empty, empty.acceleration_mps2());
+      const double along = force_N.dot(acceleration_mps2) / acceleration_mps2.squaredNorm();
+      return std::sqrt((force_N - along * acceleration_mps2).array().square().mean());
+    };
+    truth.back().gains[0] *= share_of_rounding * rounding_N / swing_N();
+    log.force_N = evaluate_force(empty, truth).force_N;
+    const Measurement measurement(log);
+    const FittedModel baseline = fit_gains(measurement, {truth.front()});
+    const FittedModel model = fit_gains(measurement, truth);
+    return has_implausible_mode(measurement, baseline, model);
+  };
+  EXPECT_TRUE(is_none(0.9));
+  EXPECT_FALSE(is_none(1.1));
 }
 
 TEST(IsTooSmall, AnEffectBesideHysteresisThatIsHalfAPerCentOfItsLevelUnlessItRepeats) {

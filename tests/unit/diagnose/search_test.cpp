@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim_host/log/draw.h"
@@ -50,6 +51,66 @@ TEST(Search, ADriftInProportionToTimeIsADriftAlone) {
   const Result found = found_on(2026117009, {sim::EffectId::kMotorConstantRipple, sim::EffectId::kDrift});
   EXPECT_EQ(found.added, (std::vector<std::string>{"drift", "motor_constant_ripple"}));
   EXPECT_LT(found.error_over_floor, 1.1);
+}
+
+/// The position of moves of fifth order to and fro, each within `move_s`, with as long a rest before it.
+double moved_m(double time_s, double move_s) {
+  const double cycle = time_s / (2.0 * move_s);
+  const double number = std::floor(cycle);
+  const double share = std::max(0.0, 2.0 * (cycle - number) - 1.0);
+  const double from_m = 0.1 * std::sin(2.4 * number);
+  const double to_m = 0.1 * std::sin(2.4 * (number + 1.0));
+  return from_m + (to_m - from_m) * share * share * share * (10.0 + share * (6.0 * share - 15.0));
+}
+
+/// The log of a rigid axis of 1 kg with little friction, of Dahl's form, under a controller of 8 Hz that
+/// reads an encoder with steps of `step_m`: position and velocity, without feed-forward.
+Log log_under_control(double step_m, std::uint64_t seed) {
+  constexpr double kTick_s = 1e-3;
+  constexpr int kSubsteps = 20;
+  constexpr double kBandwidth_radps = 50.0;
+  test::Draw draw(seed);
+  double x = 0.0;
+  double v = 0.0;
+  double friction_N = 0.0;
+  double read_m = 0.0;
+  double filtered_mps = 0.0;
+  std::vector<double> position_m;
+  std::vector<double> force_N;
+  for (int tick = 0; tick < 30'000; ++tick) {
+    const double time_s = tick * kTick_s;
+    const double before_m = std::exchange(read_m, step_m * std::round(x / step_m));
+    filtered_mps += 0.8 * ((read_m - before_m) / kTick_s - filtered_mps);
+    const double force = kBandwidth_radps * kBandwidth_radps * (moved_m(time_s, 0.3) - read_m) -
+                         1.4 * kBandwidth_radps * filtered_mps;
+    position_m.push_back(read_m);
+    force_N.push_back(force + 0.01 * draw.normal());
+    for (int i = 0; i < kSubsteps; ++i) {
+      constexpr double kLevel_N = 0.01;
+      constexpr double kTravel_m = 20e-6;
+      friction_N += (v - friction_N / kLevel_N * std::abs(v)) * kLevel_N / kTravel_m * kTick_s / kSubsteps;
+      v += (force - friction_N) * kTick_s / kSubsteps;
+      x += v * kTick_s / kSubsteps;
+    }
+  }
+  Log log = test::log_of(
+      1.0 / kTick_s, position_m.size(),
+      [&](double t) { return position_m[static_cast<std::size_t>(std::lround(t / kTick_s))]; },
+      [&](double t) { return force_N[static_cast<std::size_t>(std::lround(t / kTick_s))]; });
+  log.mass_kg = 1.0;
+  log.encoder_resolution_m = step_m;
+  return log;
+}
+
+// The controller answers the steps of the encoder, and the force is then no noise beside them: a mode takes
+// the form of the controller.
+TEST(Search, NamesNoModeWhereAControllerAnswersTheEncoder) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const Diagnosis diagnosis = test::diagnosed(log_under_control(16e-6, seed), {"structural_resonance"});
+    EXPECT_EQ(diagnosis.steps.size(), 1u) << seed;
+    ASSERT_FALSE(diagnosis.candidates.empty());
+    EXPECT_GT(diagnosis.candidates.front().error_reduction, 0.05);  // it would lower the error
+  }
 }
 
 /// What is left of viscous friction and a constant force, both of one gain, on a log with 5 N s/m and

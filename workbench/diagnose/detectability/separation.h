@@ -15,7 +15,7 @@ struct Separation {
   std::string effect;
   std::string other;
   /// The angle between the force of `effect` and the space of forces of `other`, both orthogonal to the
-  /// baseline: 0 where `other` can imitate `effect`, 90 where they have nothing in common.
+  /// model beside them: 0 where `other` can imitate `effect`, 90 where they have nothing in common.
   double angle_deg = 0.0;
   /// The squared part of the effect's force that `other` cannot imitate, divided by the variance of the
   /// noise: the expected increase of chi squared if the wrong one of the two is named.
@@ -57,8 +57,8 @@ Eigen::VectorXd seen_gains(const Term& term, const Eigen::MatrixXd& beyond_base)
 Eigen::VectorXd expected_residual_N(const FittedModel& base, const Term& term);
 
 /// Every term against every other, with the shapes as they are: canonical angles between regressors that were
-/// made orthogonal to the baseline. `noise_N`: rms of the noise at the rows. Cost: the columns of every term
-/// once.
+/// made orthogonal to those of `base`. `noise_N`: rms of the noise at the rows. Cost: the columns of every
+/// term once.
 std::vector<Separation> separations(const Measurement& measurement, const FittedModel& base,
                                     const Terms& terms, double noise_N);
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -17,9 +18,6 @@
 
 namespace slipstack::workbench {
 namespace {
-
-/// Two effects of a tie, the one that is named or leaves less first.
-using Pair = std::pair<const Term*, const Term*>;
 
 /// Whether a model explains less than most of what the named one explains beyond `without_N`, the error
 /// without either: no search of its shapes would make it a tie.
@@ -66,15 +64,24 @@ std::optional<Explanation> with_in_place(const SelectionContext& context, const 
   return replaced;
 }
 
-/// Those of `others` that the log cannot tell from effect `i` of the explanation.
-std::vector<const Candidate*> ties_with(const SelectionContext& context, const Diagnosis& diagnosis,
-                                        const Explanation& named, std::size_t i,
-                                        const std::vector<const Candidate*>& others) {
+/// Whether the other effect lowers the error without effect `i` by more than has no name: what is too small
+/// for a name takes none from another.
+bool is_large_enough(const SelectionContext& context, const FittedModel& without_old,
+                     const FittedModel& replaced) {
+  return !is_too_small(context.measurement, context.baseline, without_old.terms, replaced.terms,
+                       explained_N2(without_old.holdout_rmse_N, replaced.holdout_rmse_N));
+}
+
+/// Those of `others` that the log cannot tell from effect `i` of the explanation, with the angles between the
+/// forces beside all else that the model has.
+std::vector<Separation> ties_with(const SelectionContext& context, const Diagnosis& diagnosis,
+                                  const Explanation& named, std::size_t i,
+                                  const std::vector<const Candidate*>& others) {
   const bool single = named.added.size() == 1;
   const FittedModel without_old =
       single ? diagnosis.baseline
              : fit_gains(context.measurement, without(named.model.terms, named.added[i]), &named.model);
-  std::vector<char> tied(others.size(), 0);
+  std::vector<std::optional<Term>> tied(others.size());
   parallel_for(others.size(), [&](std::size_t c) {
     const Candidate& other = *others[c];
     std::optional<Explanation> replaced;
@@ -84,31 +91,34 @@ std::vector<const Candidate*> ties_with(const SelectionContext& context, const D
                                   named.model.holdout_rmse_N)) {
       replaced = alone(context, diagnosis, other);
     }
-    tied[c] = replaced && is_tie(context, named, *replaced) &&
-                      !is_implausible(context.measurement, context.baseline, replaced->model)
-                  ? 1
-                  : 0;
+    if (replaced && is_tie(context, named, *replaced) &&
+        is_large_enough(context, without_old, replaced->model) &&
+        !is_implausible(context.measurement, context.baseline, replaced->model)) {
+      tied[c] = *find_term(replaced->model.terms, other.term.id());
+    }
   });
-  std::vector<const Candidate*> ties;
-  for (std::size_t c = 0; c < others.size(); ++c) {
-    if (tied[c] != 0) ties.push_back(others[c]);
+  std::vector<Separation> ties;
+  const Term& effect = *find_term(named.model.terms, named.added[i]);
+  for (const std::optional<Term>& other : tied) {
+    if (!other) continue;
+    ties.push_back(
+        separations(context.measurement, without_old, {effect, *other}, diagnosis.noise_floor_N).front());
   }
   return ties;
 }
 
 /// The ties of the effects of the steps with candidates that are none, and that the log can show.
-std::vector<Pair> ties_of_named(const SelectionContext& context, const Diagnosis& diagnosis) {
+std::vector<Separation> ties_of_named(const SelectionContext& context, const Diagnosis& diagnosis) {
   const Explanation named = named_explanation(context, diagnosis);
   std::vector<const Candidate*> others;
   for (const Candidate& one : diagnosis.candidates) {
     const bool shown = one.block_squared_error != diagnosis.baseline.block_squared_error;
     if (shown && !contains(named.model.terms, one.term.effect->text.id)) others.push_back(&one);
   }
-  std::vector<Pair> ties;
+  std::vector<Separation> ties;
   for (std::size_t i = 0; i < named.added.size(); ++i) {
-    const Term& effect = *find_term(diagnosis.explained.terms, named.added[i]);
-    for (const Candidate* other : ties_with(context, diagnosis, named, i, others))
-      ties.emplace_back(&effect, &other->term);
+    std::vector<Separation> of_one = ties_with(context, diagnosis, named, i, others);
+    std::move(of_one.begin(), of_one.end(), std::back_inserter(ties));
   }
   return ties;
 }
@@ -126,25 +136,22 @@ std::vector<const Candidate*> promising(const std::vector<Candidate>& candidates
 }
 
 /// The ties of candidates, each alone, where no effect is named.
-std::vector<Pair> ties_of_candidates(const SelectionContext& context, const Diagnosis& diagnosis) {
+std::vector<Separation> ties_of_candidates(const SelectionContext& context, const Diagnosis& diagnosis) {
   const std::vector<const Candidate*> all = promising(diagnosis.candidates);
   std::vector<Explanation> models(all.size());
   parallel_for(all.size(), [&](std::size_t i) { models[i] = alone(context, diagnosis, *all[i]); });
-  std::vector<Pair> ties;
+  std::vector<Separation> ties;
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t j = i + 1; j < all.size(); ++j) {
       const bool supported =
           is_supported(all[i]->criterion_difference) || is_supported(all[j]->criterion_difference);
-      if (supported && is_tie(context, models[i], models[j])) ties.emplace_back(&all[i]->term, &all[j]->term);
+      if (!supported || !is_tie(context, models[i], models[j])) continue;
+      ties.push_back(separations(context.measurement, diagnosis.baseline, {all[i]->term, all[j]->term},
+                                 diagnosis.noise_floor_N)
+                         .front());
     }
   }
   return ties;
-}
-
-/// The angle between the forces of a pair.
-Separation separation_of(const Measurement& measurement, const Diagnosis& diagnosis, const Pair& pair) {
-  return separations(measurement, diagnosis.baseline, {*pair.first, *pair.second}, diagnosis.noise_floor_N)
-      .front();
 }
 
 void state_at(std::vector<Candidate>& candidates, const std::string& effect, const std::string& other) {
@@ -157,8 +164,8 @@ void state_at(std::vector<Candidate>& candidates, const std::string& effect, con
 
 void list_ties(const SelectionContext& context, Diagnosis& diagnosis) {
   const bool named = diagnosis.steps.size() > 1;
-  for (const Pair& pair : named ? ties_of_named(context, diagnosis) : ties_of_candidates(context, diagnosis))
-    diagnosis.cannot_separate.push_back(separation_of(context.measurement, diagnosis, pair));
+  diagnosis.cannot_separate =
+      named ? ties_of_named(context, diagnosis) : ties_of_candidates(context, diagnosis);
   std::stable_sort(diagnosis.cannot_separate.begin(), diagnosis.cannot_separate.end(),
                    [](const auto& a, const auto& b) { return a.angle_deg < b.angle_deg; });
   for (const Separation& pair : diagnosis.cannot_separate) {

@@ -83,16 +83,28 @@ bool is_mode_without_decay(const Measurement& measurement, const Term& term) {
   return rate_per_s * measurement.longest_log_s() < 1.0;
 }
 
+/// The force of a mode at the rows, without what moves with the axis [N].
+Eigen::VectorXd swings_N(const Measurement& measurement, const FittedModel& model, std::size_t index) {
+  const Eigen::VectorXd force_N = force_of(model, index);
+  const Eigen::VectorXd acceleration_mps2 = at_rows(measurement, measurement.acceleration_mps2());
+  return force_N - force_N.dot(acceleration_mps2) / std::max(acceleration_mps2.squaredNorm(), 1e-300) *
+                       acceleration_mps2;
+}
+
 /// Whether most of what swings in the mode is one line of constant phase throughout the log: the axis
 /// trembles under a force in time, and a lightly damped mode amplifies that. A mode that moves excite anew
 /// loses its phase from one to the next.
 bool is_line_in_time(const Measurement& measurement, const FittedModel& model, std::size_t index) {
   if (model.linearisation == nullptr || !model.terms[index].effect->has_role(Role::resonance)) return false;
-  Eigen::VectorXd swings_N = force_of(model, index);
-  const Eigen::VectorXd acceleration_mps2 = at_rows(measurement, measurement.acceleration_mps2());
-  swings_N -= swings_N.dot(acceleration_mps2) / std::max(acceleration_mps2.squaredNorm(), 1e-300) *
-              acceleration_mps2;  // what moves with the axis
-  return squared(1.0 - line_at_rows(measurement, swings_N).error_reduction) < kMajority;
+  const Eigen::VectorXd force_N = swings_N(measurement, model, index);
+  return squared(1.0 - line_at_rows(measurement, force_N).error_reduction) < kMajority;
+}
+
+/// Whether what swings in the mode moves the axis by no more than the encoder rounds.
+bool is_within_rounding(const Measurement& measurement, const FittedModel& model, std::size_t index) {
+  if (model.linearisation == nullptr || !model.terms[index].effect->has_role(Role::resonance)) return false;
+  return swings_N(measurement, model, index).squaredNorm() <=
+         rounded_motion_N2(measurement, model.terms) * static_cast<double>(measurement.row_count());
 }
 
 /// The measured force (rms) that a model was fitted to; 0 where it leaves nothing.
@@ -109,6 +121,33 @@ bool has_negative_mass(const FittedModel& model, const FittedModel& baseline) {
     if (mass_kg(model.terms, log) < 0.0) return true;
   }
   return false;
+}
+
+/// The mass that follows the axis far above the frequency of a mode, and that which does far below.
+struct MassesBesideMode {
+  double above_kg = 0.0;
+  double whole_kg = 0.0;
+};
+
+MassesBesideMode masses_beside_mode(const Terms& model, const Term& mode, std::size_t log) {
+  const std::size_t set = mode.gain_sets() > 1 ? log * mode.gains_per_set() : 0;
+  const auto rigid_gain = static_cast<std::size_t>(mode.effect->traits.axis_mass_gain);
+  const double above_kg = mass_kg(model, log) + mode.gains[set + rigid_gain];
+  return {above_kg, above_kg + mode.gains[set]};
+}
+
+/// The mean of `of_part` over the parts, by the weights of their rows.
+template <class OfPart>
+double mean_over_parts(const Measurement& measurement, OfPart&& of_part) {
+  const Eigen::VectorXd& weights = measurement.row_weights();
+  double sum = 0.0;
+  for (const LogPart& part : measurement.parts()) {
+    sum +=
+        of_part(part) *
+        weights.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
+            .sum();
+  }
+  return sum / weights.sum();
 }
 
 /// Whether a new term of `model` is none, by `is_none`, which is also given its index.
@@ -150,25 +189,28 @@ double least_named_N(const EffectDescription& effect, double measured_N, const T
 double smoothed_steps_N2(const Measurement& measurement, const Terms& model) {
   const Term* const mode = find_role(model, Role::resonance);
   if (mode == nullptr) return 0.0;
-  const Eigen::VectorXd& weights = measurement.row_weights();
-  const auto rigid_gain = static_cast<std::size_t>(mode->effect->traits.axis_mass_gain);
-  double sum_N2 = 0.0;
-  for (const LogPart& part : measurement.parts()) {
-    const std::size_t set = mode->gain_sets() > 1 ? part.log * mode->gains_per_set() : 0;
-    const double above_kg = mass_kg(model, part.log) + mode->gains[set + rigid_gain];
-    const double whole_kg = above_kg + mode->gains[set];
-    const double acceleration_mps2 = measurement.acceleration_noise_mps2(part);
-    const double weight =
-        weights.segment(static_cast<Eigen::Index>(part.first_row), static_cast<Eigen::Index>(part.row_count))
-            .sum();
-    sum_N2 += weight * std::max(0.0, squared(whole_kg) - squared(above_kg)) * squared(acceleration_mps2);
-  }
-  return sum_N2 / weights.sum();
+  return mean_over_parts(measurement, [&](const LogPart& part) {
+    const auto [above_kg, whole_kg] = masses_beside_mode(model, *mode, part.log);
+    return std::max(0.0, squared(whole_kg) - squared(above_kg)) *
+           squared(measurement.acceleration_noise_mps2(part));
+  });
+}
+
+double rounded_motion_N2(const Measurement& measurement, const Terms& model) {
+  const Term* const mode = find_role(model, Role::resonance);
+  if (mode == nullptr) return 0.0;
+  const double omega_per_s = 2.0 * std::numbers::pi * mode->shape(ShapeKind::frequency).value();
+  const double rounding_mps2 =
+      squared(omega_per_s) * measurement.encoder_resolution_m() * std::numbers::inv_sqrt3 / 2.0;
+  return mean_over_parts(measurement, [&](const LogPart& part) {
+    return squared(masses_beside_mode(model, *mode, part.log).whole_kg * rounding_mps2);
+  });
 }
 
 bool within_instruments(const Measurement& measurement, const FittedModel& baseline, const Terms& before,
                         const Terms& after, double step_N2) {
-  if (!has_role(before, Role::resonance) && smoothed_steps_N2(measurement, after) > kMajority * step_N2) {
+  if (!has_role(before, Role::resonance) && (smoothed_steps_N2(measurement, after) > kMajority * step_N2 ||
+                                             rounded_motion_N2(measurement, after) > step_N2)) {
     return true;
   }
   const double tick_s = measurement.tick_s();
@@ -256,7 +298,7 @@ bool has_implausible_mode(const Measurement& measurement, const FittedModel& bas
   return (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
          any_new(model, baseline, [&](const Term& term, std::size_t index) {
            return is_mode_beyond_band(measurement, term) || is_mode_without_decay(measurement, term) ||
-                  is_line_in_time(measurement, model, index);
+                  is_within_rounding(measurement, model, index) || is_line_in_time(measurement, model, index);
          });
 }
 
