@@ -73,8 +73,8 @@ double smoothed_steps_N2(const Measurement& measurement, const Terms& model);
 double rounded_motion_N2(const Measurement& measurement, const Terms& model);
 
 /// Whether the step adds an effect that grows with the force, and no more of it than errors of clocks and
-/// sensors can cause, or a mode of which smoothed_steps_N2() are most. `step_N2`: the mean square that the
-/// step explains of the error of `before`.
+/// sensors can cause, or a mode of which smoothed_steps_N2() are most, or that explains less than
+/// rounded_motion_N2(). `step_N2`: the mean square that the step explains of the error of `before`.
 bool within_instruments(const Measurement& measurement, const FittedModel& baseline, const Terms& before,
                         const Terms& after, double step_N2);
 
