@@ -87,7 +87,7 @@ TEST(LimitCycles, NoneAtRestWithTooMuchCompensation) {
   EXPECT_EQ(runs, 160);
 }
 
-// The wide one, long.
+// The wide one, on demand.
 TEST(LimitCyclesWide, NoneAtRestWithTooMuchCompensation) {
   int runs = 0;
   const int found = hunting(
