@@ -50,6 +50,8 @@ const char* name_of(Verdict verdict);
 struct OutsideCauses {
   std::vector<Structure> causes;  ///< the one that lowers the error most first
   bool explain_most = false;      ///< they alone leave a smaller error than the effects alone
+  /// Effects that were chosen beside the causes, and are no steps without them.
+  std::vector<std::string> beside;
 };
 
 struct Diagnosis {

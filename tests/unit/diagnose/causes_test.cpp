@@ -280,6 +280,80 @@ TEST(Causes, DampingOfTheContactsIsNotADelay) {
   EXPECT_NE(is.unexplained->description.find("sigma1"), std::string::npos) << is.unexplained->description;
 }
 
+/// Moves of 2 mm each second and small loops between them, with an encoder of 10 nm; a mass of 3 kg, viscous
+/// friction, and dry friction of 8 N: of a bristle (the equation of Dahl, integrated by Euler's method), or
+/// of two stop operators, both over some 20 um.
+Log log_with_loops(bool of_bristle, double viscous_Ns_per_m, std::uint64_t seed) {
+  constexpr double kSampling_Hz = 1000.0;
+  constexpr double kMass_kg = 3.0;
+  constexpr double kStep_m = 10e-9;
+  const auto x = [](double t) {
+    const double number = std::floor(t);
+    const double share = std::min(2.0 * (t - number), 1.0);
+    const double way = share * share * share * (10.0 + share * (6.0 * share - 15.0));
+    const double from_m = 2e-3 * (static_cast<int>(number) % 3);
+    const double to_m = 2e-3 * (static_cast<int>(number + 1.0) % 3);
+    const double rest = std::max(0.0, 2.0 * (t - number) - 1.0);
+    const double loops_m = 15e-6 * std::pow(std::sin(std::numbers::pi * rest), 2) *
+                           std::sin(2.0 * std::numbers::pi * 3.0 * rest);
+    return from_m + (to_m - from_m) * way + loops_m;
+  };
+  test::Draw draw(seed);
+  double before_m = x(0.0);
+  double bristle = 0.0;
+  double short_stop = 0.0;
+  double long_stop = 0.0;
+  const auto friction = [&](double way_m) {
+    constexpr int kSubsteps = 100;
+    for (int i = 0; i < kSubsteps; ++i) bristle += (way_m - std::abs(way_m) * bristle) / 20e-6 / kSubsteps;
+    short_stop = std::clamp(short_stop + way_m / 15e-6, -1.0, 1.0);
+    long_stop = std::clamp(long_stop + way_m / 60e-6, -1.0, 1.0);
+    return 8.0 * (of_bristle ? bristle : 0.5 * (short_stop + long_stop));
+  };
+  Log log = test::log_of(
+      kSampling_Hz, 30'000, [&](double t) { return kStep_m * std::round(x(t) / kStep_m); },
+      [&](double t) {
+        constexpr double h = 1e-4;
+        const double way_m = x(t) - before_m;
+        before_m = x(t);
+        return kMass_kg * (x(t + h) - 2.0 * x(t) + x(t - h)) / (h * h) +
+               viscous_Ns_per_m * (x(t + h) - x(t - h)) / (2.0 * h) + friction(way_m) + 0.02 * draw.normal();
+      });
+  log.mass_kg = kMass_kg;
+  log.encoder_resolution_m = kStep_m;
+  return log;
+}
+
+// Small loops of a bristle do not close: stop operators leave most of the friction there, at times.
+TEST(Causes, ABristleIsTheFormOfTheFriction) {
+  const Diagnosis is = diagnosed(log_with_loops(true, 0.0, 1));
+  EXPECT_EQ(is.verdict, Verdict::unexplained);
+  EXPECT_EQ(is.steps.size(), 1u) << is.steps.back().effect;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::reversal) << is.unexplained->description;
+  EXPECT_NE(is.unexplained->description.find("is that of a bristle"), std::string::npos)
+      << is.unexplained->description;
+  EXPECT_NEAR(is.unexplained->where, 20e-6, 1e-6);
+  EXPECT_GT(is.unexplained->error_reduction, 0.9);
+}
+
+// It takes the place of the hysteresis and not that of another effect.
+TEST(Causes, AnEffectKeepsItsNameBesideABristle) {
+  const Diagnosis is = diagnosed(log_with_loops(true, 80.0, 2));
+  EXPECT_EQ(is.verdict, Verdict::missing_effect);
+  ASSERT_EQ(is.steps.size(), 2u);
+  EXPECT_EQ(is.steps[1].effect, "viscous");
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_NE(is.unexplained->description.find("is that of a bristle"), std::string::npos)
+      << is.unexplained->description;
+}
+
+TEST(Causes, StopOperatorsAreNoBristle) {
+  const Diagnosis is = diagnosed(log_with_loops(false, 0.0, 3));
+  for (const Structure& cause : is.outside.causes)
+    EXPECT_EQ(cause.description.find("bristle"), std::string::npos) << cause.description;
+}
+
 // A blow that rings, whenever mass times acceleration and friction together change their sign, of another
 // strength each time: what no rigid gap describes, and a delay of the force a little.
 TEST(Causes, BlowsAfterLoadReversalsAreBacklash) {

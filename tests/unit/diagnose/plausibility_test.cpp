@@ -458,6 +458,27 @@ TEST(IsImplausible, WithAGapThatHasLessThanHalfOfTheFrictionBehindIt) {
   EXPECT_TRUE(is_implausible(measurement, {}, model));
 }
 
+// Hysteresis of 16 N.
+TEST(IsImplausible, WithABristleOfLessThanHalfOfTheFrictionOrOfWhatIsLeft) {
+  Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  weigh_rows(measurement);
+  FittedModel model = with_coulomb(measurement, 2.0);
+  model.terms.back() = make_term(measurement, cause_of(CauseForm::bristle));
+  model.terms.back().shapes = {10e-6};
+  model.terms.back().gains = {16.1};
+  EXPECT_FALSE(is_implausible(measurement, {}, model));
+  model.terms.back().gains = {15.9};
+  EXPECT_TRUE(is_implausible(measurement, {}, model));
+  model.terms.back().gains = {16.1};
+  const double floor_N2 = squared(measurement.noise_floor_N());
+  const FittedModel other = fit_gains(measurement, {model.terms.front()}, &model);
+  const double left_N2 = squared(other.holdout_rmse_N) - floor_N2;
+  model.holdout_rmse_N = std::sqrt(floor_N2 + 0.49 * left_N2);
+  EXPECT_FALSE(is_implausible(measurement, {}, model));
+  model.holdout_rmse_N = std::sqrt(floor_N2 + 0.51 * left_N2);
+  EXPECT_TRUE(is_implausible(measurement, {}, model));
+}
+
 TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   EXPECT_FALSE(has_no_true_mode(with_arm(measurement, 0.3).terms));

@@ -132,29 +132,62 @@ class GapBasis final : public EffectBasis {
   std::optional<GapInDrive> gap_;
 };
 
-class DeflectionBasis final : public EffectBasis {
+/// The deflection of a bristle, -1 to 1 (Dahl 1968).
+class Bristle {
  public:
-  void prepare(std::span<const double> shapes, const Scales<double>&) override {
-    slip_m_ = std::max(shapes[0], 1e-12);
-  }
-  void reset(const Sample<double>& sample) override {
-    position_m_ = sample.position_m;
+  void set_slip(double slip_m) { slip_m_ = std::max(slip_m, 1e-12); }
+  void reset(double position_m) {
+    position_m_ = position_m;
     deflection_ = 0.0;
   }
-  void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) {
-      const double way_m = sample.position_m - position_m_;
-      position_m_ = sample.position_m;
-      const double end = way_m < 0.0 ? -1.0 : 1.0;
-      deflection_ = end + (deflection_ - end) * std::exp(-std::abs(way_m) / slip_m_);
-      *out++ = (sample.velocity_mps - std::abs(sample.velocity_mps) * deflection_) / slip_m_;
-    }
+  /// After the way to `position_m`, on which the axis does not turn.
+  double move_to(double position_m) {
+    const double way_m = position_m - position_m_;
+    position_m_ = position_m;
+    const double end = way_m < 0.0 ? -1.0 : 1.0;
+    deflection_ = end + (deflection_ - end) * std::exp(-std::abs(way_m) / slip_m_);
+    return deflection_;
+  }
+  /// dz/dt by the last deflection [1/s].
+  double rate_per_s(double velocity_mps) const {
+    return (velocity_mps - std::abs(velocity_mps) * deflection_) / slip_m_;
   }
 
  private:
   double slip_m_ = 1.0;
   double position_m_ = 0.0;
   double deflection_ = 0.0;
+};
+
+class DeflectionBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    bristle_.set_slip(shapes[0]);
+  }
+  void reset(const Sample<double>& sample) override { bristle_.reset(sample.position_m); }
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      bristle_.move_to(sample.position_m);
+      *out++ = bristle_.rate_per_s(sample.velocity_mps);
+    }
+  }
+
+ private:
+  Bristle bristle_;
+};
+
+class BristleBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    bristle_.set_slip(shapes[0]);
+  }
+  void reset(const Sample<double>& sample) override { bristle_.reset(sample.position_m); }
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) *out++ = bristle_.move_to(sample.position_m);
+  }
+
+ private:
+  Bristle bristle_;
 };
 
 class LoadReversalBasis final : public EffectBasis {
@@ -247,8 +280,8 @@ ShapeSpec searched_pitch() {
 }
 
 /// In the order of CauseForm.
-const std::array<EffectDescription, 10>& all_causes() {
-  static const std::array<EffectDescription, 10> all{
+const std::array<EffectDescription, 11>& all_causes() {
+  static const std::array<EffectDescription, 11> all{
       cause<LineBasis>("line_in_time", {any_force("cosine"), any_force("sine")}, {found("frequency", "Hz")}),
       cause<ChangeBasis>("change_at_a_time", {friction_level(), any_force("offset")}, {found("time", "s")}),
       cause<LoadBasis>("load_from_a_time", {{"mass", "kg", -kUnbounded, kUnbounded, 1, Acts::force}},
@@ -263,6 +296,8 @@ const std::array<EffectDescription, 10>& all_causes() {
                       {found("gap", "m"), found("deceleration", "m/s2"), found("slip_distance", "m")}),
       cause<DeflectionBasis>("damped_deflection", {{"damping", "N s", 0.0f, kUnbounded, 1, Acts::force}},
                              {found("slip_distance", "m")}),
+      cause<BristleBasis>("bristle", {{"level", "N", 0.0f, kUnbounded, 1, Acts::dry}},
+                          {found("slip_distance", "m")}),
       cause<LoadReversalBasis>(
           "after_load_reversals",
           {{"blow", "N", -kUnbounded, kUnbounded, kKnotsAfterReversal, Acts::force, /*smooth=*/true},
@@ -342,6 +377,7 @@ bool is_fitted_jointly(const EffectDescription& cause) {
   switch (form_of(cause)) {
     case CauseForm::gap_in_drive:
     case CauseForm::damped_deflection:
+    case CauseForm::bristle:
     case CauseForm::after_load_reversals:
     case CauseForm::second_ripple:
     case CauseForm::friction_ripple:

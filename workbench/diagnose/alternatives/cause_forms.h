@@ -25,6 +25,10 @@ enum class CauseForm : std::uint8_t {
   /// F = d dz/dt, dz/dt = v / slip distance (1 - z sgn v): what friction adds by the velocity of its
   /// deflection z while it has not developed (sigma1 of LuGre: Canudas de Wit et al. 1995, equations 1 to 3)
   damped_deflection,
+  /// F = level z, the deflection z as above: the friction of a bristle (Dahl 1968; Canudas de Wit et al.
+  /// 1995; Bouc and Wen alike), which forgets a turning point as soon as the axis has turned back, so that
+  /// small loops do not close. That of stop operators remembers it until it is passed again.
+  bristle,
   /// F = side c(t) + load / deceleration e(t) for t < window: c and e linear splines of the time since the
   /// load of the drive changed its sign (LoadReversals)
   after_load_reversals,

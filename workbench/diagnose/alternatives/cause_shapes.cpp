@@ -260,6 +260,24 @@ std::optional<std::vector<double>> distance_of_deflection(const Measurement& mea
   return best_of(measurement, model, cause, {{distance_m}}, {range}, near, effort);
 }
 
+/// The distance within which the deflection of a bristle that replaces the hysteresis develops: as above, to
+/// a factor of four. Within a few encoder steps no loop is seen, and a bristle is Coulomb friction.
+std::optional<std::vector<double>> distance_of_bristle(const Measurement& measurement,
+                                                       const FittedModel& model,
+                                                       const EffectDescription& cause,
+                                                       const std::vector<double>* near,
+                                                       const SearchEffort& effort) {
+  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
+  if (hysteresis == nullptr) return {};
+  const double distance_m = 0.5 * mean_slip_m(*hysteresis);
+  const ShapeRange range{0, std::max(0.25 * distance_m, 4.0 * measurement.encoder_resolution_m()),
+                         4.0 * distance_m, true};
+  if (!(range.lower < range.upper)) return {};
+  const double start_m = std::max(distance_m, range.lower);
+  return best_of(measurement, model, cause, {{start_m}, {0.5 * (start_m + range.upper)}}, {range}, near,
+                 effort);
+}
+
 /// The time after a load reversal within which the force differs, and the friction that decides when the load
 /// changes its sign: that of the whole axis by its whole mass, or of a carriage that is a part of it. The
 /// knots lie half a period of the bandwidth apart, closer they are not told apart, or up to four times that,
@@ -306,6 +324,8 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
       return gap_and_friction(measurement, model, cause, near, effort);
     case CauseForm::damped_deflection:
       return distance_of_deflection(measurement, model, cause, near, effort);
+    case CauseForm::bristle:
+      return distance_of_bristle(measurement, model, cause, near, effort);
     case CauseForm::after_load_reversals:
       return window_and_friction(measurement, model, cause, near, effort);
     case CauseForm::second_ripple:

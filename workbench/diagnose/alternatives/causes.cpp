@@ -2,6 +2,7 @@
 #include "workbench/diagnose/alternatives/causes.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -187,6 +188,20 @@ std::string deflection_text(const DescribedCause& cause) {
       quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"));
 }
 
+std::string bristle_text(const DescribedCause& cause) {
+  const Term& term = cause.term();
+  const Eigen::VectorXd errors = cause.errors({kSmallStep * term.shapes[0]}, Eigen::MatrixXd::Identity(1, 1));
+  const bool determined = term.gains[0] > 2.0 * errors(1);
+  return fmt::format(
+      "{}the friction{} is that of a bristle (Dahl, LuGre, Bouc-Wen) with a slip distance of {}: it forgets "
+      "a "
+      "turning point as soon as the axis turns back, which the hysteresis of the catalogue remembers",
+      determined ? "" : "most of ",
+      determined ? fmt::format(", {} of it,", quantity_with_interval(term.gains[0], 2.0 * errors(1), "N"))
+                 : "",
+      quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"));
+}
+
 /// The time between two knots of a force over time, and the time of one.
 double knot_distance_s(const Term& term) {
   return (term.shapes[1] - term.shapes[0]) / kCurveIntervals;
@@ -327,6 +342,10 @@ Structure place_and_text(const DescribedCause& described) {
       structure.coordinate = Coordinate::reversal;
       structure.description = deflection_text(described);
       break;
+    case CauseForm::bristle:
+      structure.coordinate = Coordinate::reversal;
+      structure.description = bristle_text(described);
+      break;
     case CauseForm::after_load_reversals:
       structure.coordinate = Coordinate::reversal;
       structure.description = after_reversals_text(described);
@@ -356,11 +375,12 @@ Structure place_and_text(const DescribedCause& described) {
 }  // namespace
 
 Structure described_cause(const Measurement& measurement, const FittedModel& model, const Term& cause,
-                          double without_N) {
+                          double without_N, const std::vector<std::string>& beside) {
   Structure structure = place_and_text(DescribedCause(measurement, model, cause));
   structure.error_reduction = 1.0 - model.holdout_rmse_N / std::max(without_N, 1e-300);
-  structure.description +=
-      fmt::format("; with it the held-out error is {}", quantity(model.holdout_rmse_N, "N"));
+  structure.description += fmt::format("; with it{} the held-out error is {}",
+                                       beside.empty() ? "" : fmt::format(" and {}", fmt::join(beside, ", ")),
+                                       quantity(model.holdout_rmse_N, "N"));
   structure.explained_N =
       model.linearisation->columns_of(cause) *
       Eigen::Map<const Eigen::VectorXd>(cause.gains.data(), static_cast<Eigen::Index>(cause.gains.size()));

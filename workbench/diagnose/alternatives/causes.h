@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "workbench/diagnose/alternatives/cause_forms.h"
@@ -26,8 +27,8 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
 FittedModel with_causes_found_again(const Measurement& measurement, FittedModel model);
 
 /// What a fitted cause says, in a model that contains it. `without_N`: the held-out error of the model
-/// without it.
+/// without it. `beside`: the effects of the model that are told nowhere else.
 Structure described_cause(const Measurement& measurement, const FittedModel& model, const Term& cause,
-                          double without_N);
+                          double without_N, const std::vector<std::string>& beside = {});
 
 }  // namespace slipstack::workbench

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/diagnose/detectability/undecided.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -14,7 +17,9 @@ void list_what_cannot_be_shown(const Measurement& measurement, Diagnosis& diagno
   std::vector<Visibility> all(diagnosis.candidates.size());
   parallel_for(all.size(), [&](std::size_t i) {
     const Term& term = diagnosis.candidates[i].term;
-    if (contains(explained.terms, term.effect->text.id)) return;
+    const std::string id = term.id();
+    const std::vector<std::string>& beside = diagnosis.outside.beside;
+    if (contains(explained.terms, id) || std::find(beside.begin(), beside.end(), id) != beside.end()) return;
     // An effect that lowers the error is not one that the log cannot show, whatever else explains the same.
     if (diagnosis.candidates[i].error_reduction >= kLeastShownReduction) return;
     all[i] = visibility_of(measurement, explained, residual_maker, term, kLeastReduction);

@@ -86,17 +86,23 @@ std::string shape_with_interval(const Term& term, std::size_t shape) {
   return spec.lower >= 0.0f && half_width >= term.shapes[shape] ? text + ", not determined" : text;
 }
 
-/// The amplitude of a group of gains: of cosine and sine gains that of the strongest harmonic.
+/// The amplitude of a group of gains: of cosine and sine gains that of the harmonic whose interval is highest
+/// at its lower end. A stronger one that the log does not determine is no finding.
 Fitted amplitude_of(const Term& term, const std::vector<Term>& without, std::size_t first,
                     std::size_t count) {
   const auto amplitude_at = [&](const Term& one, std::size_t i) {
     return std::hypot(one.gains[first + i], i + 1 < count ? one.gains[first + i + 1] : 0.0);
   };
-  std::size_t strongest = 0;
+  const auto fitted_at = [&](std::size_t i) {
+    return fitted_value(term, without, [&](const Term& one) { return amplitude_at(one, i); });
+  };
+  const auto lower_end = [](const Fitted& fitted) { return fitted.value - 2.0 * fitted.standard_error; };
+  Fitted best = fitted_at(0);
   for (std::size_t i = 2; i < count; i += 2) {
-    if (amplitude_at(term, i) > amplitude_at(term, strongest)) strongest = i;
+    const Fitted other = fitted_at(i);
+    if (lower_end(other) > lower_end(best)) best = other;
   }
-  return fitted_value(term, without, [&](const Term& one) { return amplitude_at(one, strongest); });
+  return best;
 }
 
 /// How an effect that makes friction differ between the directions is told, whatever its own text says: its

@@ -43,6 +43,20 @@ bool has_no_true_friction_ripple(const Measurement& measurement, const FittedMod
                           model.holdout_rmse_N);
 }
 
+bool has_no_true_bristle(const Measurement& measurement, const FittedModel& model) {
+  const Term* const bristle = find_cause(model.terms, CauseForm::bristle);
+  if (bristle == nullptr) return false;
+  const Term* const hysteresis = find_role(model.terms, Role::hysteresis);
+  if (hysteresis == nullptr ||
+      bristle->gains[0] < kMajority * (bristle->gains[0] + hysteresis_level_N(*hysteresis))) {
+    return true;
+  }
+  const FittedModel other = fit_gains(measurement, without(model.terms, bristle->id()), &model);
+  const double floor_N = measurement.noise_floor_N();
+  return explained_N2(model.holdout_rmse_N, floor_N) >
+         kMajority * explained_N2(other.holdout_rmse_N, floor_N);
+}
+
 bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms) {
   const Term* const second = find_cause(terms, CauseForm::second_ripple);
   if (second == nullptr) return false;

@@ -18,6 +18,11 @@ bool has_no_true_gap(const Measurement& measurement, const FittedModel& model);
 /// both ways: in a motion one way they are equal.
 bool has_no_true_friction_ripple(const Measurement& measurement, const FittedModel& model);
 
+/// Whether the model has a bristle that is not the form of the friction: one with less than half of the dry
+/// friction corrects a hysteresis of another form, and one that explains less than half of the mean square
+/// that is left beyond the noise floor leaves the cause open. Cost: one fit of gains.
+bool has_no_true_bristle(const Measurement& measurement, const FittedModel& model);
+
 /// Whether the terms have a second ripple of a pitch that the travel does not tell from that of the first:
 /// less than a period more or less within it.
 bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms);

@@ -2,6 +2,7 @@
 #include "workbench/diagnose/search/search.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -157,20 +158,30 @@ void set_causes_apart(Found& found) {
   Terms without_effects = found.context.baseline.terms;
   for (const Term& cause : causes) {
     without_effects.push_back(cause);
-    const FittedModel others = fit_gains(measurement, without(joint.terms, cause.id()), &joint);
-    found.outside.causes.push_back(described_cause(measurement, joint, cause, others.holdout_rmse_N));
     std::erase(found.best.added, cause.id());
   }
-  std::sort(found.outside.causes.begin(), found.outside.causes.end(),
-            [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
+  std::vector<std::string>& beside = found.outside.beside;
+  beside = found.best.added;
   found.best.model =
       found.best.added.empty() ? found.context.baseline : fit_gains(measurement, std::move(effects), &joint);
   drop_superfluous(found.context, found.best);
   drop_coulomb_of_hysteresis(found.context, found.best);
   drop_undetermined(found.context, found.best);
   exchange_effects(found.context, special_cases(found), {}, found.best);
+  std::erase_if(beside, [&](const std::string& id) { return contains(found.best.model.terms, id); });
+  for (const Term& cause : causes) {
+    const FittedModel others = fit_gains(measurement, without(joint.terms, cause.id()), &joint);
+    found.outside.causes.push_back(described_cause(measurement, joint, cause, others.holdout_rmse_N, beside));
+  }
+  std::sort(found.outside.causes.begin(), found.outside.causes.end(),
+            [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
+  // Friction of another form is no other explanation of an effect: it takes the place of the hysteresis.
+  Terms beside_friction = found.best.model.terms;
+  std::copy_if(causes.begin(), causes.end(), std::back_inserter(beside_friction),
+               [](const Term& cause) { return cause.effect->acts_as(Acts::dry); });
+  const FittedModel effects_alone = fit_gains(measurement, std::move(beside_friction), &joint);
   const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
-  found.outside.explain_most = causes_alone.holdout_rmse_N < found.best.model.holdout_rmse_N;
+  found.outside.explain_most = causes_alone.holdout_rmse_N < effects_alone.holdout_rmse_N;
 }
 
 /// Whether `more` has the effects of `best`, in any order, and one behind them.
