@@ -281,9 +281,9 @@ TEST(Causes, DampingOfTheContactsIsNotADelay) {
 }
 
 /// Moves of 2 mm each second and small loops between them, with an encoder of 10 nm; a mass of 3 kg, viscous
-/// friction, and dry friction of 8 N: of a bristle (the equation of Dahl, integrated by Euler's method), or
-/// of two stop operators, both over some 20 um.
-Log log_with_loops(bool of_bristle, double viscous_Ns_per_m, std::uint64_t seed) {
+/// friction, and dry friction of 8 N: of a bristle (the equations of LuGre, integrated by Euler's method,
+/// whose level rises by `stribeck` of it towards standstill), or of two stop operators, both over some 20 um.
+Log log_with_loops(bool of_bristle, double viscous_Ns_per_m, double stribeck, std::uint64_t seed) {
   constexpr double kSampling_Hz = 1000.0;
   constexpr double kMass_kg = 3.0;
   constexpr double kStep_m = 10e-9;
@@ -305,7 +305,9 @@ Log log_with_loops(bool of_bristle, double viscous_Ns_per_m, std::uint64_t seed)
   double long_stop = 0.0;
   const auto friction = [&](double way_m) {
     constexpr int kSubsteps = 100;
-    for (int i = 0; i < kSubsteps; ++i) bristle += (way_m - std::abs(way_m) * bristle) / 20e-6 / kSubsteps;
+    const double level = 1.0 + stribeck * std::exp(-std::pow(way_m * kSampling_Hz / 2e-3, 2));
+    for (int i = 0; i < kSubsteps; ++i)
+      bristle += (way_m - std::abs(way_m) * bristle / level) / 20e-6 / kSubsteps;
     short_stop = std::clamp(short_stop + way_m / 15e-6, -1.0, 1.0);
     long_stop = std::clamp(long_stop + way_m / 60e-6, -1.0, 1.0);
     return 8.0 * (of_bristle ? bristle : 0.5 * (short_stop + long_stop));
@@ -326,7 +328,7 @@ Log log_with_loops(bool of_bristle, double viscous_Ns_per_m, std::uint64_t seed)
 
 // Small loops of a bristle do not close: stop operators leave most of the friction there, at times.
 TEST(Causes, ABristleIsTheFormOfTheFriction) {
-  const Diagnosis is = diagnosed(log_with_loops(true, 0.0, 1));
+  const Diagnosis is = diagnosed(log_with_loops(true, 0.0, 0.0, 1));
   EXPECT_EQ(is.verdict, Verdict::unexplained);
   EXPECT_EQ(is.steps.size(), 1u) << is.steps.back().effect;
   ASSERT_TRUE(is.unexplained);
@@ -339,7 +341,7 @@ TEST(Causes, ABristleIsTheFormOfTheFriction) {
 
 // It takes the place of the hysteresis and not that of another effect.
 TEST(Causes, AnEffectKeepsItsNameBesideABristle) {
-  const Diagnosis is = diagnosed(log_with_loops(true, 80.0, 2));
+  const Diagnosis is = diagnosed(log_with_loops(true, 80.0, 0.0, 2));
   EXPECT_EQ(is.verdict, Verdict::missing_effect);
   ASSERT_EQ(is.steps.size(), 2u);
   EXPECT_EQ(is.steps[1].effect, "viscous");
@@ -348,8 +350,19 @@ TEST(Causes, AnEffectKeepsItsNameBesideABristle) {
       << is.unexplained->description;
 }
 
+// A bristle whose level falls with velocity looks like a lag too, which is dropped where it stands alone.
+TEST(Causes, StribeckFrictionKeepsItsNameBesideABristle) {
+  const Diagnosis is = diagnosed(log_with_loops(true, 0.0, 0.4, 4));
+  EXPECT_EQ(is.verdict, Verdict::missing_effect);
+  ASSERT_GE(is.steps.size(), 2u);
+  EXPECT_EQ(is.steps[1].effect, "stribeck");
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_NE(is.unexplained->description.find("is that of a bristle"), std::string::npos)
+      << is.unexplained->description;
+}
+
 TEST(Causes, StopOperatorsAreNoBristle) {
-  const Diagnosis is = diagnosed(log_with_loops(false, 0.0, 3));
+  const Diagnosis is = diagnosed(log_with_loops(false, 0.0, 0.0, 3));
   for (const Structure& cause : is.outside.causes)
     EXPECT_EQ(cause.description.find("bristle"), std::string::npos) << cause.description;
 }

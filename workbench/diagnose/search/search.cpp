@@ -141,6 +141,45 @@ std::vector<Trial> special_cases(const Found& found) {
   return special;
 }
 
+/// Adds those of `terms` to the explanation that are plausible and a step on it, the best first.
+void add_steps_of(const SelectionContext& context, Terms terms, Explanation& explanation) {
+  while (!terms.empty()) {
+    std::vector<Explanation> more;
+    for (const Term& term : terms) {
+      Terms all = explanation.model.terms;
+      all.push_back(term);
+      FittedModel model = fit_gains(context.measurement, std::move(all), &explanation.model);
+      more.push_back(
+          {refine_shapes_in_turn(context.measurement, std::move(model), kRefinement), explanation.added});
+      more.back().added.push_back(term.id());
+    }
+    std::erase_if(more, [&](const Explanation& one) {
+      return !is_step(context, explanation, one) ||
+             is_implausible(context.measurement, context.baseline, one.model);
+    });
+    if (more.empty()) return;
+    sort_by_criterion(context, more);
+    explanation = std::move(more.front());
+    std::erase_if(terms, [&](const Term& term) { return term.id() == explanation.added.back(); });
+  }
+}
+
+/// The effects that were chosen beside causes and are not in `found.best`, and their special cases.
+Terms lost_beside_causes(const Found& found, const Terms& joint) {
+  Terms lost;
+  const auto add = [&](const Term& term) {
+    if (!contains(found.best.model.terms, term.effect->text.id) && !contains(lost, term.effect->text.id))
+      lost.push_back(term);
+  };
+  for (const std::string& id : found.outside.beside) add(*find_term(joint, id));
+  for (const std::string& id : found.outside.beside) {
+    const Trial* const special =
+        find_trial(found.alone, find_term(joint, id)->effect->traits.special_case.id);
+    if (special != nullptr) add(special->term);
+  }
+  return lost;
+}
+
 /// Takes what is outside the catalogue from the results: no controller has it. Of the effects that were
 /// chosen beside it those remain that are steps without it too, or their special case where that suffices:
 /// they are reported without it.
@@ -165,6 +204,8 @@ void set_causes_apart(Found& found) {
   found.best.model =
       found.best.added.empty() ? found.context.baseline : fit_gains(measurement, std::move(effects), &joint);
   drop_superfluous(found.context, found.best);
+  // Of two that imitate each other without the causes, the better may be implausible and both be dropped.
+  add_steps_of(found.context, lost_beside_causes(found, joint.terms), found.best);
   drop_coulomb_of_hysteresis(found.context, found.best);
   drop_undetermined(found.context, found.best);
   exchange_effects(found.context, special_cases(found), {}, found.best);
