@@ -221,7 +221,8 @@ struct UnitFactor {
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array<UnitFactor, 8> kUnitFactors{{
     {1e3, 1.6, AxisKind::linear, "a force in mN that is declared as N"},
-    {1e-3, 1.6, AxisKind::linear, "a position in mm that is declared as m (or a force in kN as N)"},
+    {1e-3, 1.6, AxisKind::linear,
+     "a position in mm that is declared as m (or a force in kN as N, or a mass in g as kg)"},
     {1e6, 1.6, AxisKind::linear, "a force in uN that is declared as N"},
     {1e-6, 1.6, AxisKind::linear, "a position in um that is declared as m"},
     {1e3, 1.6, AxisKind::rotary, "a torque in mN m that is declared as N m"},
