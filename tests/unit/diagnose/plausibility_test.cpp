@@ -185,17 +185,45 @@ TEST(IsTooSmall, AModeThatSmoothsTheStepsOfTheEncoder) {
   EXPECT_FALSE(is_too_small(measurement, baseline, after, after, 0.1 * steps_N2));
 }
 
-// Moves at irregular intervals excite the mode anew, each with a phase of its own.
-TEST(HasImplausibleMode, ThatMovesTheAxisByNoMoreThanTheEncoderRounds) {
-  const auto moved_m = [](double time_s) {
-    double position_m = 0.0;
-    for (int move = 0; move < 8; ++move) {
-      const double share = std::clamp((time_s - 0.7 * move - 0.2 * std::sin(5.0 * move)) / 0.15, 0.0, 1.0);
-      const double way_m = move % 2 == 0 ? 0.02 : -0.02;
-      position_m += way_m * share * share * share * (10.0 + share * (6.0 * share - 15.0));
-    }
-    return position_m;
+/// Moves at irregular intervals, which excite a mode anew, each with a phase of its own.
+double moved_m(double time_s) {
+  double position_m = 0.0;
+  for (int move = 0; move < 8; ++move) {
+    const double share = std::clamp((time_s - 0.7 * move - 0.2 * std::sin(5.0 * move)) / 0.15, 0.0, 1.0);
+    const double way_m = move % 2 == 0 ? 0.02 : -0.02;
+    position_m += way_m * share * share * share * (10.0 + share * (6.0 * share - 15.0));
+  }
+  return position_m;
+}
+
+// Beside viscous friction that no model has; the mass is free, so that it is the payload.
+TEST(HasImplausibleMode, AtTheEndOfTheBandUnlessItExplainsMostOfWhatAPayloadLeaves) {
+  Log log = test::log_of(200.0, 1200, moved_m, [](double) { return 0.0; });  // a band of 20 Hz
+  log.encoder_resolution_m = 1e-9;
+  const Measurement empty(log);
+  Terms truth = with_arm(empty, 0.5).terms;
+  truth.back().shapes = {searched_shapes(empty, *truth.back().effect).front().upper, 0.02};
+  const std::vector<double> of_mode_N = evaluate_force(empty, truth).force_N;
+  const auto left_N2 = [&](double viscous_Ns_per_m, bool with_mode) {
+    for (std::size_t i = 0; i < log.force_N.size(); ++i)
+      log.force_N[i] = of_mode_N[i] + viscous_Ns_per_m * empty.velocity_mps()[i];
+    const Measurement measurement(log);
+    return squared(fit_gains(measurement, with_mode ? truth : Terms{truth.front()}).holdout_rmse_N);
   };
+  const double swings_N2 = left_N2(0.0, false);
+  ASSERT_LT(left_N2(0.0, true), 1e-3 * swings_N2);
+  const double viscous_Ns_per_m = std::sqrt(swings_N2 / left_N2(1.0, true));
+  const auto is_none = [&](double share) {
+    static_cast<void>(left_N2(std::sqrt(share) * viscous_Ns_per_m, true));
+    const Measurement measurement(log);
+    return has_implausible_mode(measurement, fit_gains(measurement, {truth.front()}),
+                                fit_gains(measurement, truth));
+  };
+  EXPECT_FALSE(is_none(0.7));
+  EXPECT_TRUE(is_none(1.4));
+}
+
+TEST(HasImplausibleMode, ThatMovesTheAxisByNoMoreThanTheEncoderRounds) {
   Log log = test::log_of(2000.0, 12'000, moved_m, [](double) { return 0.0; });
   log.encoder_resolution_m = 5e-6;
   const Measurement empty(log);
@@ -318,6 +346,7 @@ double most_Hz(const Measurement& measurement) {
 TEST(IsImplausible, WithAModeAtTheEndOfItsSearch) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   FittedModel model = with_arm(measurement, 0.3);
+  model.holdout_rmse_N = 100.0;  // it explains nothing
   model.terms.back().shapes[0] = 0.99 * most_Hz(measurement);
   EXPECT_FALSE(has_implausible_mode(measurement, {}, model));
   model.terms.back().shapes[0] = most_Hz(measurement);
@@ -330,6 +359,7 @@ TEST(IsImplausible, WithAModeAtTheEndOfItsSearch) {
 TEST(IsImplausible, WithAModeAtEitherEndOfItsSearchButForRounding) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
   FittedModel model = with_arm(measurement, 0.3);
+  model.holdout_rmse_N = 100.0;  // it explains nothing
   model.terms.back().shapes[0] = std::exp(std::log(most_Hz(measurement)) - 1e-12);
   EXPECT_TRUE(has_implausible_mode(measurement, {}, model));
   const double least_Hz = 4.0 / 3.0;  // four periods in the log

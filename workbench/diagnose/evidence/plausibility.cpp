@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
@@ -14,7 +15,10 @@
 #include "workbench/diagnose/evidence/repeats.h"
 #include "workbench/diagnose/evidence/seldom_negative.h"
 #include "workbench/estimate/linear/force_trace.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/terms/search_ranges.h"
+#include "workbench/estimate/terms/terms.h"
+#include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -293,12 +297,29 @@ bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& 
          (by_distance && distance_m > kMajority * value_range(measurement.position_m()).length());
 }
 
+namespace {
+
+/// Whether the mode is above the band and explains most of what a payload in its place leaves. Far below its
+/// frequency a mode is a payload: then the log sees that it swings, though not at which frequency.
+bool swings_unlike_payload(const Measurement& measurement, const FittedModel& model, const Term& mode) {
+  if (mode.shape(ShapeKind::frequency).value() < measurement.bandwidth_Hz()) return false;
+  Terms rigid = without(model.terms, mode.id());
+  if (!mass_is_free(rigid) && !has_role(rigid, Role::added_mass))
+    rigid.push_back(make_term(measurement, effect_with_role(Role::added_mass)));
+  const FittedModel other = fit_gains(measurement, std::move(rigid), &model);
+  return squared(model.holdout_rmse_N) < kMajority * squared(other.holdout_rmse_N);
+}
+
+}  // namespace
+
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model) {
   return (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
          any_new(model, baseline, [&](const Term& term, std::size_t index) {
-           return is_mode_beyond_band(measurement, term) || is_mode_without_decay(measurement, term) ||
-                  is_within_rounding(measurement, model, index) || is_line_in_time(measurement, model, index);
+           return (is_mode_beyond_band(measurement, term) &&
+                   !swings_unlike_payload(measurement, model, term)) ||
+                  is_mode_without_decay(measurement, term) || is_within_rounding(measurement, model, index) ||
+                  is_line_in_time(measurement, model, index);
          });
 }
 
