@@ -193,9 +193,9 @@ std::string bristle_text(const DescribedCause& cause) {
   const Eigen::VectorXd errors = cause.errors({kSmallStep * term.shapes[0]}, Eigen::MatrixXd::Identity(1, 1));
   const bool determined = term.gains[0] > 2.0 * errors(1);
   return fmt::format(
-      "{}the friction{} is that of a bristle (Dahl, LuGre, Bouc-Wen) with a slip distance of {}: it forgets "
-      "a "
-      "turning point as soon as the axis turns back, which the hysteresis of the catalogue remembers",
+      "{}the friction{} is that of a bristle (Dahl, LuGre, Bouc-Wen) with a slip distance of {}: it "
+      "forgets a turning point as soon as the axis turns back, which the hysteresis of the catalogue "
+      "remembers",
       determined ? "" : "most of ",
       determined ? fmt::format(", {} of it,", quantity_with_interval(term.gains[0], 2.0 * errors(1), "N"))
                  : "",
