@@ -326,6 +326,12 @@ Log log_with_loops(bool of_bristle, double viscous_Ns_per_m, double stribeck, st
   return log;
 }
 
+void expect_bristle(const Diagnosis& is) {
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_NE(is.unexplained->description.find("is that of a bristle"), std::string::npos)
+      << is.unexplained->description;
+}
+
 // Small loops of a bristle do not close: stop operators leave most of the friction there, at times.
 TEST(Causes, ABristleIsTheFormOfTheFriction) {
   const Diagnosis is = diagnosed(log_with_loops(true, 0.0, 0.0, 1));
@@ -345,9 +351,7 @@ TEST(Causes, AnEffectKeepsItsNameBesideABristle) {
   EXPECT_EQ(is.verdict, Verdict::missing_effect);
   ASSERT_EQ(is.steps.size(), 2u);
   EXPECT_EQ(is.steps[1].effect, "viscous");
-  ASSERT_TRUE(is.unexplained);
-  EXPECT_NE(is.unexplained->description.find("is that of a bristle"), std::string::npos)
-      << is.unexplained->description;
+  expect_bristle(is);
 }
 
 // A bristle whose level falls with velocity looks like a lag too, which is dropped where it stands alone.
@@ -356,9 +360,7 @@ TEST(Causes, StribeckFrictionKeepsItsNameBesideABristle) {
   EXPECT_EQ(is.verdict, Verdict::missing_effect);
   ASSERT_GE(is.steps.size(), 2u);
   EXPECT_EQ(is.steps[1].effect, "stribeck");
-  ASSERT_TRUE(is.unexplained);
-  EXPECT_NE(is.unexplained->description.find("is that of a bristle"), std::string::npos)
-      << is.unexplained->description;
+  expect_bristle(is);
 }
 
 TEST(Causes, StopOperatorsAreNoBristle) {

@@ -18,6 +18,7 @@
 #include "workbench/estimate/linear/force_trace.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/terms/search_ranges.h"
+#include "workbench/estimate/uncertainty/row_weights.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 
 namespace slipstack::workbench {

@@ -244,17 +244,23 @@ std::optional<std::vector<double>> gap_and_friction(const Measurement& measureme
       effort);
 }
 
-/// The distance within which the deflection develops is that of the hysteresis, with which it is one bristle:
-/// half its mean slip distance where the virgin curve is an exponential (its elements then have a level in
-/// proportion to s exp(-s / distance)), to a factor of two for other curves. Within less than ten encoder
-/// steps none is seen (as of velocities, search_ranges.cpp).
+/// The distance within which the deflection of a bristle develops that has the hysteresis of the model: half
+/// its mean slip distance where the virgin curve is an exponential (its elements then have a level in
+/// proportion to s exp(-s / distance)). 0 without a hysteresis.
+double distance_as_bristle_m(const FittedModel& model) {
+  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
+  return hysteresis == nullptr ? 0.0 : 0.5 * mean_slip_m(*hysteresis);
+}
+
+/// The distance within which the deflection develops is that of the hysteresis, with which it is one bristle,
+/// to a factor of two for curves that are no exponential. Within less than ten encoder steps none is seen (as
+/// of velocities, search_ranges.cpp).
 std::optional<std::vector<double>> distance_of_deflection(const Measurement& measurement,
                                                           const FittedModel& model,
                                                           const EffectDescription& cause,
                                                           const std::vector<double>* near,
                                                           const SearchEffort& effort) {
-  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
-  const double distance_m = hysteresis == nullptr ? 0.0 : 0.5 * mean_slip_m(*hysteresis);
+  const double distance_m = distance_as_bristle_m(model);
   const ShapeRange range{0, 0.5 * distance_m, 2.0 * distance_m, true};
   if (!(range.lower > 10.0 * measurement.encoder_resolution_m()) || !(distance_m > 0.0)) return {};
   return best_of(measurement, model, cause, {{distance_m}}, {range}, near, effort);
@@ -267,9 +273,7 @@ std::optional<std::vector<double>> distance_of_bristle(const Measurement& measur
                                                        const EffectDescription& cause,
                                                        const std::vector<double>* near,
                                                        const SearchEffort& effort) {
-  const Term* hysteresis = find_role(model.terms, Role::hysteresis);
-  if (hysteresis == nullptr) return {};
-  const double distance_m = 0.5 * mean_slip_m(*hysteresis);
+  const double distance_m = distance_as_bristle_m(model);
   const ShapeRange range{0, std::max(0.25 * distance_m, 4.0 * measurement.encoder_resolution_m()),
                          4.0 * distance_m, true};
   if (!(range.lower < range.upper)) return {};

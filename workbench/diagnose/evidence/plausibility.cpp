@@ -79,6 +79,17 @@ bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
   return frequency != nullptr && is_at_bound(*frequency, term.shapes[frequency->index]);
 }
 
+/// Whether the mode is above the band and explains most of what a payload in its place leaves. Far below its
+/// frequency a mode is a payload: then the log sees that it swings, though not at which frequency.
+bool swings_unlike_payload(const Measurement& measurement, const FittedModel& model, const Term& mode) {
+  if (mode.shape(ShapeKind::frequency).value() < measurement.bandwidth_Hz()) return false;
+  Terms rigid = without(model.terms, mode.id());
+  if (!mass_is_free(rigid) && !has_role(rigid, Role::added_mass))
+    rigid.push_back(make_term(measurement, effect_with_role(Role::added_mass)));
+  const FittedModel other = fit_gains(measurement, std::move(rigid), &model);
+  return squared(model.holdout_rmse_N) < kMajority * squared(other.holdout_rmse_N);
+}
+
 /// Whether the term is a mode of which the log does not see that it decays, so that it is any line.
 bool is_mode_without_decay(const Measurement& measurement, const Term& term) {
   if (!term.effect->has_role(Role::resonance)) return false;
@@ -296,21 +307,6 @@ bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& 
   return memory_s > lag->effect->traits.plausible.most_memory_s ||
          (by_distance && distance_m > kMajority * value_range(measurement.position_m()).length());
 }
-
-namespace {
-
-/// Whether the mode is above the band and explains most of what a payload in its place leaves. Far below its
-/// frequency a mode is a payload: then the log sees that it swings, though not at which frequency.
-bool swings_unlike_payload(const Measurement& measurement, const FittedModel& model, const Term& mode) {
-  if (mode.shape(ShapeKind::frequency).value() < measurement.bandwidth_Hz()) return false;
-  Terms rigid = without(model.terms, mode.id());
-  if (!mass_is_free(rigid) && !has_role(rigid, Role::added_mass))
-    rigid.push_back(make_term(measurement, effect_with_role(Role::added_mass)));
-  const FittedModel other = fit_gains(measurement, std::move(rigid), &model);
-  return squared(model.holdout_rmse_N) < kMajority * squared(other.holdout_rmse_N);
-}
-
-}  // namespace
 
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model) {

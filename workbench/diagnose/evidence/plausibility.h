@@ -83,10 +83,10 @@ bool is_too_small(const Measurement& measurement, const FittedModel& baseline, c
                   const Terms& after, double step_N2);
 
 /// Whether `model` has a mode that the baseline does not have and that is none: by its damping or its mass
-/// (has_no_true_mode()), because the search of its frequency ended at the band (unless it explains
-/// most of what a payload in its place leaves), because it does not decay within the log, because it moves
-/// the axis by no more than rounded_motion_N2(), or because it is a line of one phase throughout. Cost: some
-/// spectra of the rows.
+/// (has_no_true_mode()), because the search of its frequency ended at the band (above it unless it
+/// explains most of what a payload in its place leaves), because it does not decay within the log, because it
+/// moves the axis by no more than rounded_motion_N2(), or because it is a line of one phase throughout. Cost:
+/// some spectra of the rows.
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model);
 
