@@ -41,7 +41,8 @@ class InputWarnings(program.Workshop):
         }
         for kind, change in faults.items():
             self.spoil(change)
-            for command in (("diagnose", "bad.csv"), ("fit", "bad.csv", "--effects", "inertia,coulomb", "--model", "m.toml")):
+            for command in (("diagnose", "bad.csv"), ("fit", "bad.csv", "--effects", "inertia,coulomb", "--model", "m.toml"),
+                            ("compare", "bad.csv", "--model", "good.toml")):
                 with self.subTest(kind=kind, command=command[0]):
                     self.assertEqual(self.warnings_of("bad.csv", command), [kind] if kind else [])
 

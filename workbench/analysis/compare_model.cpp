@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "workbench/estimate/measurement/plausibility.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 
 namespace slipstack::workbench {
@@ -47,6 +48,7 @@ ComparisonResult compare_model(LogSearch& logs, Model model, Progress& progress)
     progress.show("compare");
     compare(logs, result);
   } while (logs.extend());
+  result.warnings = input_warnings(logs.measurement());
   return result;
 }
 

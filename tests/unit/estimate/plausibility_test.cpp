@@ -71,6 +71,21 @@ void scale_position(Log& log, double factor) {
   if (log.encoder_resolution_m) log.encoder_resolution_m = *log.encoder_resolution_m * factor;
 }
 
+/// The force of another time; what is missing at an end is that of the end.
+void delay_force(Log& log, double late_s) {
+  const auto shift = static_cast<std::ptrdiff_t>(std::lround(late_s * log.sample_rate_Hz));
+  const std::vector<double> force_N = log.force_N;
+  for (std::ptrdiff_t i = 0; i < std::ssize(force_N); ++i) {
+    const std::ptrdiff_t from = std::clamp<std::ptrdiff_t>(i - shift, 0, std::ssize(force_N) - 1);
+    log.force_N[static_cast<std::size_t>(i)] = force_N[static_cast<std::size_t>(from)];
+  }
+}
+/// A reference that is `factor` times the position.
+void follow(Log& log, double factor) {
+  log.reference_position_m = log.position_m;
+  scale(log.reference_position_m, factor);
+}
+
 const Fault kFaults[] = {
     {"as recorded", "", AxisKind::linear, [](Log&) {}, 1.0},
     {"force reversed", "force_sign", AxisKind::linear, reverse, 0.9},
@@ -101,6 +116,12 @@ const Fault kFaults[] = {
        log.mass_kg.reset();
      },
      0.9},
+    {"force 0.2 s late", "clocks", AxisKind::linear, [](Log& log) { delay_force(log, 0.2); }, 0.6},
+    {"force 0.06 s early", "clocks", AxisKind::linear, [](Log& log) { delay_force(log, -0.06); }, 0.5},
+    {"force 10 ms late", "", AxisKind::linear, [](Log& log) { delay_force(log, 0.01); }, 1.0},
+    {"reference in mm", "reference", AxisKind::linear, [](Log& log) { follow(log, 1e3); }, 1.0},
+    {"reference reversed", "reference", AxisKind::linear, [](Log& log) { follow(log, -1.0); }, 1.0},
+    {"reference with half the stroke", "", AxisKind::linear, [](Log& log) { follow(log, 0.5); }, 1.0},
     {"turned", "", AxisKind::rotary, [](Log&) {}, 1.0},
     {"turned, torque reversed", "force_sign", AxisKind::rotary, reverse, 0.9},
     {"turned, degrees as rad", "units", AxisKind::rotary,

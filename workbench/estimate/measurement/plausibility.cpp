@@ -13,6 +13,7 @@
 #include "workbench/base/axis_units.h"
 #include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
+#include "workbench/estimate/measurement/clocks.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -279,6 +280,45 @@ std::optional<InputWarning> wrong_sign(const MotionFit& fit) {
                                                           : "accelerates the axis against itself")};
 }
 
+std::optional<InputWarning> apart_clocks(const Measurement& measurement) {
+  const auto apart = clock_difference(measurement);
+  if (!apart) return {};
+  return InputWarning{
+      "clocks",
+      fmt::format(
+          "the {0} is {1} by {2} against the position: with that shift it follows from the motion far "
+          "better, so the two seem to have different clocks; correct the time of one of them",
+          force_word(), apart->force_late_s > 0.0 ? "late" : "early",
+          quantity_with_interval(std::abs(apart->force_late_s), apart->resolution_s, "s"))};
+}
+
+/// A reference in another unit than the position, or of the other sign: the axis follows it otherwise.
+std::optional<InputWarning> other_reference(const Log& log) {
+  const std::vector<double>& reference_m = log.reference_position_m;
+  const std::vector<double>& position_m = log.position_m;
+  if (reference_m.size() != position_m.size()) return {};
+  const auto about_mean = [](const std::vector<double>& values) {
+    const Eigen::Map<const Eigen::ArrayXd> all(values.data(), std::ssize(values));
+    return Eigen::VectorXd(all - all.mean());
+  };
+  const Eigen::VectorXd reference = about_mean(reference_m);
+  const Eigen::VectorXd position = about_mean(position_m);
+  const double reference_m2 = reference.squaredNorm();
+  const double product_m2 = reference.dot(position);
+  // So much of the motion must be that of the reference, and so much must the scales differ. Chosen.
+  constexpr double kFollows = 0.9;
+  constexpr double kOtherUnit = 5.0;
+  if (!(reference_m2 > 0.0) || product_m2 * product_m2 < kFollows * reference_m2 * position.squaredNorm())
+    return {};
+  const double scale = product_m2 / reference_m2;
+  const bool reversed = scale < 0.0;
+  if (!reversed && scale < kOtherUnit && scale > 1.0 / kOtherUnit) return {};
+  return InputWarning{"reference",
+                      fmt::format("the position follows the reference {}; check the {} of both columns",
+                                  reversed ? "with the other sign" : fmt::format("times {:.4g}", scale),
+                                  reversed ? "sign" : "units")};
+}
+
 }  // namespace
 
 std::vector<InputWarning> input_warnings(const Measurement& measurement) {
@@ -290,8 +330,11 @@ std::vector<InputWarning> input_warnings(const Measurement& measurement) {
     if (warning) warnings.push_back(std::move(*warning));
     return warning.has_value();
   };
+  // A force that is read at another time than the motion may look like one of the wrong sign.
+  if (add(apart_clocks(measurement))) return warnings;
   if (!add(unsigned_force(measurement, terms, fit))) add(wrong_sign(fit));
   if (!add(wrong_units(measurement, fit))) add(impossible_speed(measurement));
+  add(other_reference(measurement.log()));
   return warnings;
 }
 

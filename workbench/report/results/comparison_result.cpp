@@ -33,7 +33,8 @@ std::string dependence_of(const Measurement& measurement, const Eigen::VectorXd&
 }
 
 std::string comparison_text(const Measurement& measurement, const ComparisonResult& result) {
-  return fmt::format(
+  return warning_lines(result.warnings) +
+         fmt::format(
              "log        {}\nmodel      {}, hash {}\neffects    {}\nerror      {} rms, {} of the {}; "
              "noise floor {}\n{}\n",
              printable(result.log), printable(result.model_path), hash_text(result.model),
@@ -56,6 +57,7 @@ json comparison_json(const Measurement& measurement, const ComparisonResult& res
             {"noise_floor_N", number_json(result.noise_floor_N)},
             {"left", result.left},
             {"repaired", repairs_json(measurement)},
+            {"input_warnings", warnings_json(result.warnings)},
             {"history", history_json(result.model)}};
   if (result.logs.size() > 1) data["logs"] = logs_json(result.logs);
   return data;
@@ -68,7 +70,7 @@ json comparison_page(const Measurement& measurement, const ComparisonResult& res
       {"headline", fmt::format("The model misses the measured {} by {} rms, {} of it; the noise floor is {}.",
                                force_word(), newtons(result.rmse_N), share(result.relative_error),
                                newtons(result.noise_floor_N))},
-      {"detail", sentence(result.left)}};
+      {"detail", warning_sentences(result.warnings) + sentence(result.left)}};
   page["figures"] = {{"noise_floor_N", number_json(result.noise_floor_N)},
                      {"train_rmse_N", number_json(result.rmse_N)},
                      {"relative_error", number_json(result.relative_error)}};

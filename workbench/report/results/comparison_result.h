@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "workbench/estimate/measurement/plausibility.h"
 #include "workbench/model/model.h"
 #include "workbench/report/results/log_results.h"
 
@@ -21,6 +22,7 @@ struct ComparisonResult {
   double relative_error = 0.0;
   double noise_floor_N = 0.0;
   std::vector<LogResult> logs;
+  std::vector<InputWarning> warnings;
   std::string left;  ///< what the residual depends on: a sentence without its capital and its full stop
 };
 
