@@ -22,8 +22,10 @@ class CableChainStiffness {
       .source = "Hooke; what a chain stiffens, as Legendre polynomials",
       .residual = "a line against position, straight or steeper towards the ends, the same both ways",
       .evidence =
-          "the residual is a line against position, the same both ways: {stiffness}, force at zero "
-          "{force_at_zero} (a constant offset would be part of it); at the ends of the travel it bends by "
+          "the residual is a line against position, the same both ways: {stiffness}, {force_in_middle} in "
+          "the "
+          "middle of the travel (a constant offset would be part of it); at the ends of the travel it bends "
+          "by "
           "{quadratic_at_ends} (square) and "
           "{cubic_at_ends} (cube)",
       .cause =

@@ -26,7 +26,7 @@ class OffsetForce {
       {"offset", "N", -1.0e6f, 1.0e6f, 1, Acts::force},
   }};
   static constexpr std::array<ShapeSpec, 0> shapes{{}};
-  static constexpr EffectTraits traits{.per_log = true};
+  static constexpr EffectTraits traits{.role = Role::constant_force, .per_log = true};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 0;
 

@@ -16,7 +16,9 @@ class StructuralResonance {
       .formula = "F = r q w^2 + d q' w + e a, q'' + 2 zeta w q' + w^2 q = a, w = 2 pi f0",
       .source = "second mass on a spring; [1] Fig. 14 shows such resonances beside the guideway's",
       .residual = "a spectral line that rings after fast moves and decays",
-      .evidence = "the residual rings at {frequency} after fast moves, damping {damping}",
+      .evidence =
+          "the residual rings at {frequency} after fast moves, damping {damping}, a mass of {modal_mass} "
+          "swings",
       .cause =
           "an arm, gripper or machine frame that swings against the axis; a belt or screw that yields "
           "between motor and load | a link, tool or machine frame that swings against the axis; a "

@@ -19,6 +19,7 @@ enum class Role : std::uint8_t {
   viscous_friction,     ///< proportional to velocity
   friction_memory,      ///< dry friction that follows its dependence on velocity late
   resonance,            ///< a mass on a spring that swings against the axis
+  constant_force,       ///< whatever the motion
   measurement_delay,    ///< no force of its own: force and motion are recorded at different times
 };
 

@@ -61,6 +61,20 @@ const char* name_of(Verdict verdict) {
   return "unexplained";
 }
 
+const char* name_of(Refusal refusal) {
+  switch (refusal) {
+    case Refusal::none:
+      return "";
+    case Refusal::at_floor:
+      return "at_floor";
+    case Refusal::implausible:
+      return "implausible";
+    case Refusal::too_small:
+      return "too_small";
+  }
+  return "";
+}
+
 void DiagnoseOptions::report(const std::string& stage, double fraction) const {
   if (progress) progress(stage, fraction);
 }
@@ -96,6 +110,7 @@ Diagnosis EffectSearch::conclude() {
   bound_noise_floor(measurement_, diagnosis_.explained.holdout_rmse_N);
   diagnosis_.noise_floor_N = measurement_.noise_floor_N();
   judge(measurement_, diagnosis_);
+  note_refusal(measurement_, diagnosis_);
   list_what_cannot_be_shown(measurement_, diagnosis_);
   list_ties(*context_, diagnosis_);
   if (diagnosis_.steps.size() >= 2) show_by_named_model(diagnosis_);

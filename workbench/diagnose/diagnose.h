@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,6 +17,16 @@
 
 namespace slipstack::workbench {
 
+/// Why an effect that the log supports has no name.
+enum class Refusal : std::uint8_t {
+  none,
+  at_floor,     ///< without it the error is already that of the noise floor, within its uncertainty
+  implausible,  ///< as fitted it is no such effect (evidence/plausibility.h)
+  too_small,    ///< no larger than kTooSmall
+};
+/// For the JSON; empty where there is none.
+const char* name_of(Refusal refusal);
+
 /// An effect tried on top of the baseline.
 struct Candidate {
   Term term;    ///< with fitted shapes and gains
@@ -27,6 +38,8 @@ struct Candidate {
   double criterion_difference = 0.0;  ///< against the baseline; negative: better (evidence/criterion.h)
   std::vector<std::string> confounded_with;  ///< its ties: the other effect of its pairs in cannot_separate
   std::string evidence;
+  /// Of the candidate of lowest error among those that the log supports and that are no steps.
+  Refusal refusal = Refusal::none;
 };
 
 struct Step {

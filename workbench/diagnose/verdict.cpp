@@ -127,6 +127,11 @@ bool would_be_named_if_larger(const Measurement& measurement, const FittedModel&
          !is_implausible_alone(measurement, baseline, candidate);
 }
 
+/// "61.9 +- 3.2 %": two standard errors to either side.
+std::string lowered_by(const Candidate& candidate) {
+  return quantity_with_interval(candidate.error_reduction, 2.0 * candidate.error_reduction_se, "1");
+}
+
 /// A remark for the case that no effect is named: the candidate of the best criterion, if it is too small for
 /// a name. Without it the reader would look for a fault of the axis.
 std::string too_small_alone(const Measurement& measurement, const Diagnosis& diagnosis) {
@@ -137,8 +142,8 @@ std::string too_small_alone(const Measurement& measurement, const Diagnosis& dia
       !would_be_named_if_larger(measurement, diagnosis.baseline, *best)) {
     return {};
   }
-  return fmt::format("; {} would lower the error by {:.0f} %, but is no larger than {}: {}", best->term.id(),
-                     100.0 * best->error_reduction, kTooSmall, best->evidence);
+  return fmt::format("; {} would lower the error by {}, but is no larger than {}: {}", best->term.id(),
+                     lowered_by(*best), kTooSmall, best->evidence);
 }
 
 /// The same where effects are named.
@@ -149,19 +154,31 @@ std::string too_small_beside_others(const Diagnosis& diagnosis) {
                      diagnosis.withheld->evidence);
 }
 
+/// The candidate of lowest error among those that the log supports and that lower the error by a share that
+/// is worth a name; without those that `is_left_out`. Null where there is none.
+template <class IsLeftOut>
+const Candidate* best_supported(const std::vector<Candidate>& candidates, IsLeftOut&& is_left_out) {
+  const Candidate* best = nullptr;
+  for (const Candidate& one : candidates) {
+    if (!is_supported(one.criterion_difference) || one.error_reduction < kLeastReduction) continue;
+    if (is_left_out(one)) continue;
+    if (best == nullptr || one.holdout_rmse_N < best->holdout_rmse_N) best = &one;
+  }
+  return best;
+}
+
 /// A remark for the case that no effect is named, although the log supports one that lowers the error by a
 /// share that is worth a name: the table of candidates shows it.
 std::string passed_over(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const Candidate* best = nullptr;
-  for (const Candidate& one : diagnosis.candidates) {
-    if (!is_supported(one.criterion_difference) || one.error_reduction < kLeastReduction) continue;
-    if (best == nullptr || one.holdout_rmse_N < best->holdout_rmse_N) best = &one;
-  }
+  const Candidate* const best = best_supported(diagnosis.candidates, [](const Candidate&) { return false; });
   if (best == nullptr) return {};
-  const std::string would = fmt::format("; {} alone would lower the error by {:.0f} %", best->term.id(),
-                                        100.0 * best->error_reduction);
-  return is_implausible_alone(measurement, diagnosis.baseline, *best)
-             ? would + ", but as fitted it is not plausible: " + best->evidence
+  const std::string would =
+      fmt::format("; {} alone would lower the error by {}", best->term.id(), lowered_by(*best));
+  if (is_implausible_alone(measurement, diagnosis.baseline, *best))
+    return would + ", but as fitted it is not plausible: " + best->evidence;
+  const double step_N2 = explained_N2(diagnosis.baseline.holdout_rmse_N, best->holdout_rmse_N);
+  return is_too_small(measurement, diagnosis.baseline, diagnosis.baseline.terms, best->terms, step_N2)
+             ? fmt::format("{}, but it is no larger than {}: {}", would, kTooSmall, best->evidence)
              : would;
 }
 
@@ -180,17 +197,25 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
 }
 
 /// A free curve over time follows a slow motion, and so whatever depends on it: where a free curve over
-/// another coordinate explains more of what the effects leave, that is told in its place.
-void prefer_other_coordinate(const Measurement& measurement, Diagnosis& diagnosis) {
+/// another coordinate explains more of what the effects leave, that is told in its place; and in place of a
+/// cause of which no value is larger than its interval whatever explains most. Returns whether what is first
+/// now tells anything.
+bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis) {
   Structure& cause = diagnosis.outside.causes.front();
-  if (!cause.free_curve) return;
+  if (!cause.free_curve && cause.determined) return true;
   for (Structure& one : structure_left(measurement, diagnosis)) {
+    if (!cause.determined && one.error_reduction >= kStructureReduction) {
+      cause = std::move(one);
+      return true;
+    }
     const bool of_motion = one.coordinate == Coordinate::position || one.coordinate == Coordinate::velocity ||
                            one.coordinate == Coordinate::acceleration;
-    if (!of_motion || one.error_reduction <= cause.error_reduction) continue;
+    const bool of_moments = one.coordinate == Coordinate::time;
+    if (!(of_motion || of_moments) || one.error_reduction <= cause.error_reduction) continue;
     cause = std::move(one);
-    return;
+    return true;
   }
+  return cause.determined;
 }
 
 /// The strongest cause outside the catalogue, beside what is above the bandwidth of the rows, where neither
@@ -206,9 +231,10 @@ Structure cause_and_what_is_above(const Measurement& measurement, const Diagnosi
 
 /// The verdict where causes outside the catalogue compete with the effects: the stronger of both.
 void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
-  prefer_other_coordinate(measurement, diagnosis);
-  diagnosis.unexplained = cause_and_what_is_above(measurement, diagnosis);
+  const bool tells = prefer_other_structure(measurement, diagnosis);
   const bool named = diagnosis.steps.size() > 1 && !diagnosis.outside.explain_most;
+  diagnosis.unexplained = tells || !named ? std::optional(cause_and_what_is_above(measurement, diagnosis))
+                                          : above_bandwidth(measurement, diagnosis);
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
   if (!named) diagnosis.unexplained->description += passed_over(measurement, diagnosis);
   auto wrong_unit = mass_of_another_axis(measurement, diagnosis);
@@ -261,6 +287,19 @@ void judge(const Measurement& measurement, Diagnosis& diagnosis) {
     if (diagnosis.verdict == Verdict::complete) diagnosis.verdict = Verdict::unexplained;
   }
   judge_input(measurement, diagnosis);
+}
+
+void note_refusal(const Measurement& measurement, Diagnosis& diagnosis) {
+  const auto is_step = [&](const Candidate& one) {
+    return std::any_of(diagnosis.steps.begin(), diagnosis.steps.end(),
+                       [&](const Step& step) { return step.effect == one.term.id(); });
+  };
+  const Candidate* const best = best_supported(diagnosis.candidates, is_step);
+  if (best == nullptr) return;
+  diagnosis.candidates[static_cast<std::size_t>(best - diagnosis.candidates.data())].refusal =
+      !above_floor(measurement, diagnosis)                           ? Refusal::at_floor
+      : is_implausible_alone(measurement, diagnosis.baseline, *best) ? Refusal::implausible
+                                                                     : Refusal::too_small;
 }
 
 }  // namespace slipstack::workbench

@@ -10,4 +10,8 @@ namespace slipstack::workbench {
 /// explained model and the noise floor of `diagnosis`.
 void judge(const Measurement& measurement, Diagnosis& diagnosis);
 
+/// Sets the refusal of the candidate of lowest error among those that the log supports, by a share that is
+/// worth a name, and that are no steps: of what is plausible, that it is too small. Cost: a fit of its gains.
+void note_refusal(const Measurement& measurement, Diagnosis& diagnosis);
+
 }  // namespace slipstack::workbench

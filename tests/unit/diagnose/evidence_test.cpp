@@ -85,6 +85,43 @@ TEST(EvidenceOf, TellsAnAsymmetryAsTheFrictionEachWay) {
   EXPECT_TRUE(says(text, " +- ") && says(text, " N forward and ")) << text;
 }
 
+// A constant force adds to one way what it takes from the other: the sum of both is what a log shows.
+TEST(EvidenceOf, TellsAnAsymmetryWithTheConstantForceBesideIt) {
+  const Measurement measurement(test::wandering_log(5, 1000.0, 20'000));
+  Terms model{make_term(measurement, *find_effect("coulomb")),
+              make_term(measurement, *find_effect("direction_asymmetry"))};
+  model[0].gains = {10.0};
+  model[1].gains = {0.2, 0.0, 0.0};
+  EXPECT_FALSE(says(evidence_of(model[1], model), "constant force"));
+  model.push_back(make_term(measurement, *find_effect("offset_force")));
+  model[2].gains = {-1.5};
+  const std::string text = evidence_of(model[1], model);
+  EXPECT_TRUE(says(text,
+                   "dry friction is 12.0 N forward and 8.00 N backward, and with the constant force it "
+                   "takes 10.5 N forward and 9.50 N backward"))
+      << text;
+}
+
+TEST(EvidenceOf, TellsAMassBelowTheDeclaredOne) {
+  const Measurement measurement(test::wandering_log(5, 1000.0, 20'000));
+  Term payload = make_term(measurement, *find_effect("payload_mass"));
+  payload.gains = {2.0};
+  EXPECT_TRUE(says(evidence_of(payload, {payload}), "2.00 kg beyond what the log declares"));
+  payload.gains = {-2.0};
+  EXPECT_TRUE(
+      says(evidence_of(payload, {payload}), "-2.00 kg, so the log declares more mass than the axis has"));
+}
+
+// Zero of the position may be far from the travel.
+TEST(EvidenceOf, TellsTheForceOfASpringInTheMiddleOfTheTravel) {
+  const Measurement measurement(test::wandering_log(5, 1000.0, 20'000));
+  Term spring = make_term(measurement, *find_effect("cable_chain_stiffness"));
+  spring.shapes = {10.0, 0.5};
+  spring.gains = {4.0, -40.0, 0.0, 0.0};
+  const std::string text = evidence_of(spring, {spring});
+  EXPECT_TRUE(says(text, "4.00 N/m, 1.00 N in the middle of the travel")) << text;
+}
+
 // Over a log that is short against the time constant, the gain and the time constant are determined only
 // together; their product with what the log has seen of it is determined well.
 TEST(EvidenceOf, TellsADriftByItsChangeOverTheLog) {

@@ -214,14 +214,34 @@ TEST(HasImplausibleMode, AtTheEndOfTheBandUnlessItExplainsMostOfWhatAPayloadLeav
   const double swings_N2 = left_N2(0.0, false);
   ASSERT_LT(left_N2(0.0, true), 1e-3 * swings_N2);
   const double viscous_Ns_per_m = std::sqrt(swings_N2 / left_N2(1.0, true));
+  double floor_N2 = 0.0;
   const auto is_none = [&](double share) {
     static_cast<void>(left_N2(std::sqrt(share) * viscous_Ns_per_m, true));
-    const Measurement measurement(log);
+    Measurement measurement(log);
+    measurement.set_noise_variance(Eigen::VectorXd::Constant(measurement.row_count(), floor_N2));
     return has_implausible_mode(measurement, fit_gains(measurement, {truth.front()}),
                                 fit_gains(measurement, truth));
   };
   EXPECT_FALSE(is_none(0.7));
   EXPECT_TRUE(is_none(1.4));
+  floor_N2 = swings_N2;  // of which no model explains anything
+  EXPECT_FALSE(is_none(1.4));
+}
+
+// Above the band a mode is a phase, as is a rest of a delay.
+TEST(HasImplausibleMode, AtTheEndOfTheBandBesideADelay) {
+  Log log = test::log_of(200.0, 1200, moved_m, [](double) { return 0.0; });
+  log.encoder_resolution_m = 1e-9;
+  const Measurement empty(log);
+  Terms truth = with_arm(empty, 0.5).terms;
+  truth.back().shapes = {searched_shapes(empty, *truth.back().effect).front().upper, 0.02};
+  log.force_N = evaluate_force(empty, truth).force_N;
+  Measurement measurement(log);
+  measurement.set_noise_variance(Eigen::VectorXd::Zero(measurement.row_count()));
+  const FittedModel rigid = fit_gains(measurement, {truth.front()});
+  EXPECT_FALSE(has_implausible_mode(measurement, rigid, fit_gains(measurement, truth)));
+  truth.push_back(make_term(measurement, *find_effect("time_delay")));
+  EXPECT_TRUE(has_implausible_mode(measurement, rigid, fit_gains(measurement, truth)));
 }
 
 TEST(HasImplausibleMode, ThatMovesTheAxisByNoMoreThanTheEncoderRounds) {
@@ -345,7 +365,8 @@ double most_Hz(const Measurement& measurement) {
 }
 
 TEST(IsImplausible, WithAModeAtTheEndOfItsSearch) {
-  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  measurement.set_noise_variance(Eigen::VectorXd::Zero(measurement.row_count()));
   FittedModel model = with_arm(measurement, 0.3);
   model.holdout_rmse_N = 100.0;  // it explains nothing
   model.terms.back().shapes[0] = 0.99 * most_Hz(measurement);
@@ -358,7 +379,8 @@ TEST(IsImplausible, WithAModeAtTheEndOfItsSearch) {
 
 // A search by logarithms ends beside the bound by the last digits.
 TEST(IsImplausible, WithAModeAtEitherEndOfItsSearchButForRounding) {
-  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  measurement.set_noise_variance(Eigen::VectorXd::Zero(measurement.row_count()));
   FittedModel model = with_arm(measurement, 0.3);
   model.holdout_rmse_N = 100.0;  // it explains nothing
   model.terms.back().shapes[0] = std::exp(std::log(most_Hz(measurement)) - 1e-12);

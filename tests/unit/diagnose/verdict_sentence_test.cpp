@@ -15,12 +15,11 @@ namespace {
 using nlohmann::json;
 
 /// Of a log with a force of 20 N (rms), and a noise floor of 1 N.
-std::string detail_of_complete(double baseline_N, double candidate_N, double criterion_difference) {
-  const json candidate = {{"effect", "structural_resonance"},
-                          {"evidence", "the residual rings at 2.4 Hz"},
-                          {"holdout_rmse_N", candidate_N},
-                          {"error_reduction", 1.0 - candidate_N / baseline_N},
-                          {"criterion_difference", criterion_difference}};
+std::string detail_of_complete(double baseline_N, double candidate_N, const char* refusal) {
+  const json candidate = {
+      {"effect", "structural_resonance"}, {"evidence", "the residual rings at 2.4 Hz"},
+      {"holdout_rmse_N", candidate_N},    {"error_reduction", 1.0 - candidate_N / baseline_N},
+      {"error_reduction_se", 0.016},      {"refusal", refusal}};
   const json result = {{"verdict", "complete"},
                        {"noise_floor_N", 1.0},
                        {"bandwidth_Hz", 10.0},
@@ -41,29 +40,30 @@ bool says(const std::string& text, const std::string& part) {
 
 TEST(VerdictSentence, NothingLowersTheErrorWhereNothingDoes) {
   const std::string claim = "No effect of the catalogue lowers the held-out error significantly.";
-  EXPECT_TRUE(says(detail_of_complete(1.05, 1.04, -600.0), claim));  // by a share that is not worth a name
-  EXPECT_TRUE(says(detail_of_complete(1.05, 0.40, 3.0), claim));     // not supported by the log
-  EXPECT_FALSE(says(detail_of_complete(1.05, 0.40, -600.0), claim));
-  EXPECT_FALSE(says(detail_of_complete(1.50, 1.10, -600.0), claim));
+  EXPECT_TRUE(says(detail_of_complete(1.05, 0.40, ""), claim));
+  EXPECT_FALSE(says(detail_of_complete(1.05, 0.40, "at_floor"), claim));
+  EXPECT_FALSE(says(detail_of_complete(1.50, 1.10, "implausible"), claim));
 }
 
 TEST(VerdictSentence, SaysWhyAnEffectThatLowersTheErrorIsNotNamed) {
-  const std::string below = detail_of_complete(1.05, 0.40, -600.0);
-  EXPECT_TRUE(says(below, "although structural_resonance would lower the held-out error by 61.90 %"))
+  const std::string below = detail_of_complete(1.05, 0.40, "at_floor");
+  EXPECT_TRUE(says(below, "although structural_resonance would lower the held-out error by 61.9 +- 3.2 %"))
       << below;
   EXPECT_TRUE(says(below, "floor is estimated too high")) << below;
-  const std::string at_floor = detail_of_complete(1.05, 0.98, -600.0);
+  const std::string at_floor = detail_of_complete(1.05, 0.98, "at_floor");
   EXPECT_TRUE(says(at_floor, "already that of the noise floor")) << at_floor;
   EXPECT_FALSE(says(at_floor, "too high")) << at_floor;
-  const std::string implausible = detail_of_complete(1.50, 1.10, -600.0);
-  EXPECT_TRUE(says(implausible, "as fitted (the residual rings at 2.4 Hz) it is not plausible"))
+  const std::string implausible = detail_of_complete(1.50, 1.10, "implausible");
+  EXPECT_TRUE(says(implausible, "as fitted (the residual rings at 2.4 Hz) it is not plausible."))
       << implausible;
+  const std::string small = detail_of_complete(1.50, 1.10, "too_small");
+  EXPECT_TRUE(says(small, "as fitted (the residual rings at 2.4 Hz) it is no larger than")) << small;
 }
 
 TEST(VerdictSentence, TellsWhatACompleteModelLeavesWhereThatIsMoreThanTheFloor) {
   const std::string told = "Beyond the floor it leaves";
-  EXPECT_FALSE(says(detail_of_complete(1.40, 1.40, 3.0), told));
-  const std::string above = detail_of_complete(std::sqrt(5.0), std::sqrt(5.0), 3.0);
+  EXPECT_FALSE(says(detail_of_complete(1.40, 1.40, ""), told));
+  const std::string above = detail_of_complete(std::sqrt(5.0), std::sqrt(5.0), "");
   EXPECT_TRUE(says(above, "Beyond the floor it leaves 2.00 N, 10.00 % of the force.")) << above;
 }
 
@@ -87,12 +87,14 @@ json candidate(const std::string& effect, double left_N) {
           {"evidence", "as told"},
           {"holdout_rmse_N", left_N},
           {"error_reduction", 1.0 - left_N / 3.0},
-          {"criterion_difference", -50.0}};
+          {"refusal", "implausible"}};
 }
 
 /// `other_N`: what another candidate than viscous friction leaves alone.
 std::string detail_beside_viscous(const std::string& other, double other_N) {
-  const json result = result_of_viscous(json::array({candidate("viscous", 2.0), candidate(other, other_N)}));
+  json viscous = candidate("viscous", 2.0);
+  viscous["refusal"] = "";
+  const json result = result_of_viscous(json::array({viscous, candidate(other, other_N)}));
   return headline_of(result, [](const std::string& id) { return id; }).detail;
 }
 
@@ -100,11 +102,11 @@ TEST(VerdictSentence, TellsOfAnEffectThatAloneLeavesLessThanAllThatAreNamed) {
   EXPECT_TRUE(
       says(detail_beside_viscous("coulomb", 1.80), "coulomb alone would leave less, 1.80 N, but as fitted"));
   EXPECT_FALSE(says(detail_beside_viscous("coulomb", 1.99), "coulomb"));  // by less than is worth a name
-  EXPECT_FALSE(says(detail_beside_viscous("viscous", 1.50), "alone would leave"));  // it is named
 }
 
 TEST(VerdictSentence, TellsWhatNamedEffectsLeaveWhereThatIsMoreThanTheFloor) {
   json result = result_of_viscous(json::array({candidate("viscous", 2.0)}));
+  result["candidates"][0]["refusal"] = "";
   const auto detail = [&result] {
     return headline_of(result, [](const std::string& id) { return id; }).detail;
   };

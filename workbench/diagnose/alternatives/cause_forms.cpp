@@ -41,11 +41,14 @@ class LineBasis final : public EffectBasis {
 
 class ChangeBasis final : public EffectBasis {
  public:
-  void prepare(std::span<const double> shapes, const Scales<double>&) override { from_s_ = shapes[0]; }
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    from_s_ = shapes[0];
+    until_s_ = shapes[1];
+  }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
     for (const Sample<double>& sample : samples) {
-      const double changed = sample.time_s >= from_s_ ? 1.0 : 0.0;
+      const double changed = sample.time_s >= from_s_ && sample.time_s < until_s_ ? 1.0 : 0.0;
       *out++ = changed;
       *out++ = changed;
     }
@@ -53,19 +56,26 @@ class ChangeBasis final : public EffectBasis {
 
  private:
   double from_s_ = 0.0;
+  double until_s_ = 0.0;
 };
 
 class LoadBasis final : public EffectBasis {
  public:
-  void prepare(std::span<const double> shapes, const Scales<double>&) override { from_s_ = shapes[0]; }
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    from_s_ = shapes[0];
+    until_s_ = shapes[1];
+  }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples)
-      *out++ = sample.time_s >= from_s_ ? sample.acceleration_mps2 : 0.0;
+    for (const Sample<double>& sample : samples) {
+      const bool loaded = sample.time_s >= from_s_ && sample.time_s < until_s_;
+      *out++ = loaded ? sample.acceleration_mps2 : 0.0;
+    }
   }
 
  private:
   double from_s_ = 0.0;
+  double until_s_ = 0.0;
 };
 
 /// Linear B-splines with `knots` knots one apart, at `at` from the first, times `scale`.
@@ -283,9 +293,10 @@ ShapeSpec searched_pitch() {
 const std::array<EffectDescription, 11>& all_causes() {
   static const std::array<EffectDescription, 11> all{
       cause<LineBasis>("line_in_time", {any_force("cosine"), any_force("sine")}, {found("frequency", "Hz")}),
-      cause<ChangeBasis>("change_at_a_time", {friction_level(), any_force("offset")}, {found("time", "s")}),
+      cause<ChangeBasis>("change_at_a_time", {friction_level(), any_force("offset")},
+                         {found("from", "s"), found("until", "s")}),
       cause<LoadBasis>("load_from_a_time", {{"mass", "kg", -kUnbounded, kUnbounded, 1, Acts::force}},
-                       {found("time", "s")}),
+                       {found("from", "s"), found("until", "s")}),
       cause<PlaceBasis>("force_at_a_place", {any_force("push"), any_force("slope"), friction_level()},
                         {found("place", "m"), found("half_width", "m")}),
       cause<CurveBasis>(

@@ -15,8 +15,8 @@ namespace slipstack::workbench {
 
 enum class CauseForm : std::uint8_t {
   line_in_time,      ///< F = c cos(2 pi f t) + s sin(2 pi f t), a phase of its own in each log
-  change_at_a_time,  ///< from the time t0 on, the dry friction times 1 + level, and another offset
-  load_from_a_time,  ///< from the time t0 on, another mass
+  change_at_a_time,  ///< from one time to another or to the end, dry friction times 1 + level, another offset
+  load_from_a_time,  ///< from one time to another or to the end, another mass
   /// F = (push + slope sin(pi u)) w, dry friction times 1 + level w, w = (1 + cos(pi u)) / 2 for |u| < 1,
   /// u = (x - x0) / half width
   force_at_a_place,

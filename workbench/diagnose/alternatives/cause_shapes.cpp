@@ -11,12 +11,18 @@
 #include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/detectability/separation.h"
 #include "workbench/diagnose/evidence/held_out.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/nonlinear/trial.h"
 
 namespace slipstack::workbench {
 namespace {
+
+/// A time behind the last sample.
+double end_of_log_s(const Measurement& measurement) {
+  return measurement.sample(measurement.sample_count() - 1).time_s + measurement.tick_s();
+}
 
 /// Sums over rows for a regression of a residual on columns.
 template <int kColumns>
@@ -44,29 +50,93 @@ struct RegressionSums {
   }
 };
 
-/// The time that divides the log so that a regression of its own on either side, on the columns of a row,
-/// explains most of the residual (a structural break; Chow 1960, Quandt 1960).
+/// Sums over the rows before each row, and over all.
+template <int kColumns>
+using SumsUntil = std::vector<RegressionSums<kColumns>>;
+
+/// What a regression of its own within rows [from, until) and another outside them explain.
+template <int kColumns>
+double explained_apart(const SumsUntil<kColumns>& sums, std::size_t from, std::size_t until) {
+  const RegressionSums<kColumns> inside = sums[until] - sums[from];
+  return inside.explained(sums.back()) + (sums.back() - inside).explained(sums.back());
+}
+
+/// Rows [from, until) for which that is most, with one of the two at an end of the log.
+template <int kColumns>
+std::size_t best_break(const SumsUntil<kColumns>& sums) {
+  const std::size_t end = sums.size() - 1;
+  double most = 0.0;
+  std::size_t best = 0;
+  for (std::size_t row = 1; row < end; ++row) {
+    const double explained = explained_apart(sums, row, end);
+    if (explained <= most) continue;
+    most = explained;
+    best = row;
+  }
+  return best;
+}
+
+/// The same with both within the log: on a grid, then each end by itself. Two breaks (Bai and Perron 1998)
+/// with the same regression before the first and after the second.
+template <int kColumns>
+std::pair<std::size_t, std::size_t> best_interval(const SumsUntil<kColumns>& sums) {
+  // Steps of the first search: half a second of a log of one minute. Chosen.
+  constexpr std::size_t kGrid = 128;
+  const std::size_t end = sums.size() - 1;
+  const std::size_t step = std::max<std::size_t>(1, end / kGrid);
+  std::pair<std::size_t, std::size_t> best{0, 0};
+  double most = 0.0;
+  const auto take = [&](std::size_t from, std::size_t until) {
+    const double explained = explained_apart(sums, from, until);
+    if (explained <= most) return;
+    most = explained;
+    best = {from, until};
+  };
+  for (std::size_t from = step; from + step < end; from += step) {
+    for (std::size_t until = from + step; until < end; until += step) take(from, until);
+  }
+  for (bool again = most > 0.0; again;) {
+    const auto [from, until] = best;
+    for (std::size_t row = std::max(step, from) - step; row < std::min(from + step, until); ++row)
+      take(row, until);
+    for (std::size_t row = std::max(until - step, best.first + 1); row < std::min(until + step, end); ++row)
+      take(best.first, row);
+    again = best.first != from && best.second != until;
+  }
+  return best;
+}
+
+/// The time from which on a regression of its own, on the columns of a row, explains most of the residual (a
+/// structural break; Chow 1960, Quandt 1960), and until when: to the end of the log, unless an interval
+/// leaves an error that is smaller by what is worth a name.
 template <int kColumns, class ColumnsOfRow>
 std::optional<std::vector<double>> time_of_break(const Measurement& measurement, const FittedModel& model,
                                                  ColumnsOfRow&& columns_of) {
   const Eigen::VectorXd residual_N = model.linearisation->residual_N();
   const Eigen::VectorXd& weights = measurement.fit_weights();
-  std::vector<RegressionSums<kColumns>> until(static_cast<std::size_t>(residual_N.size()) + 1);
+  SumsUntil<kColumns> sums(static_cast<std::size_t>(residual_N.size()) + 1);
+  double squares_N2 = 0.0;
   for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
-    until[static_cast<std::size_t>(row) + 1] =
-        until[static_cast<std::size_t>(row)].plus(columns_of(row), residual_N(row), weights(row));
+    sums[static_cast<std::size_t>(row) + 1] =
+        sums[static_cast<std::size_t>(row)].plus(columns_of(row), residual_N(row), weights(row));
+    squares_N2 += weights(row) * squared(residual_N(row));
   }
-  double most = 0.0;
-  std::size_t best = 0;
-  for (std::size_t row = 1; row + 1 < until.size(); ++row) {
-    const double explained =
-        until[row].explained(until.back()) + (until.back() - until[row]).explained(until.back());
-    if (explained <= most) continue;
-    most = explained;
-    best = row;
+  const std::size_t end = sums.size() - 1;
+  const std::size_t from = best_break(sums);
+  if (from == 0) return {};
+  const auto time_s = [&](std::size_t row) {
+    return measurement.sample(measurement.row_samples()[row]).time_s;
+  };
+  const auto interval = best_interval(sums);
+  const auto left_N = [&](double explained_N2) {
+    return std::sqrt(std::max(0.0, squares_N2 - explained_N2));
+  };
+  if (interval.second > interval.first &&
+      is_worth_a_name(left_N(explained_apart(sums, from, end)),
+                      left_N(explained_apart(sums, interval.first, interval.second)))) {
+    return std::vector{time_s(interval.first), time_s(interval.second)};
   }
-  if (best == 0) return {};
-  return std::vector{measurement.sample(measurement.row_samples()[best]).time_s};
+  return std::vector{time_s(from), end_of_log_s(measurement)};
 }
 
 /// Of friction and offset.
@@ -106,14 +176,16 @@ class Rail {
     return (position_m_.tail(steps) - position_m_.head(steps)).cwiseAbs().mean();
   }
 
-  /// The sum of squares that a force within `half_width_m` of `middle_m` explains.
-  double explained(double middle_m, double half_width_m) const {
+  /// The sum of squares that a force within `half_width_m` of `middle_m` explains; `symmetric`: one that is
+  /// strongest in the middle.
+  double explained(double middle_m, double half_width_m, bool symmetric = false) const {
     Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (auto row = from(middle_m - half_width_m);
          row != order_.end() && position_m_(*row) < middle_m + half_width_m; ++row) {
       auto columns = place_basis((position_m_(*row) - middle_m) / half_width_m);
       columns[2] *= dry_N_(*row);
+      if (symmetric) columns[1] = 0.0;
       const Eigen::Map<const Eigen::Vector3d> column(columns.data());
       gram.noalias() += weights_(*row) * column * column.transpose();
       right.noalias() += weights_(*row) * residual_N_(*row) * column;
@@ -158,25 +230,35 @@ std::optional<std::vector<double>> place_and_width(const Measurement& measuremen
   const double least_m = std::max(rail.resolution_m(), longest_slip_m(model.terms));
   const double most_m = kWidestPlace * travel_m;
   if (!(travel_m > 0.0) || least_m >= most_m) return {};
-  double most = 0.0;
-  std::vector<double> best;
-  for (double half_width_m = most_m; half_width_m >= least_m; half_width_m *= 0.5) {
-    for (double middle_m = rail.first_m(); middle_m <= rail.first_m() + travel_m;
-         middle_m += 0.5 * half_width_m) {
-      const double explained = rail.explained(middle_m, half_width_m);
-      if (explained <= most) continue;
-      most = explained;
-      best = {middle_m, half_width_m};
+  const auto best_place = [&](bool symmetric) {
+    double most = 0.0;
+    std::vector<double> best;
+    for (double half_width_m = most_m; half_width_m >= least_m; half_width_m *= 0.5) {
+      for (double middle_m = rail.first_m(); middle_m <= rail.first_m() + travel_m;
+           middle_m += 0.5 * half_width_m) {
+        const double explained = rail.explained(middle_m, half_width_m, symmetric);
+        if (explained <= most) continue;
+        most = explained;
+        best = {middle_m, half_width_m};
+      }
     }
-  }
-  if (best.empty()) return {};
-  const std::vector<ShapeRange> ranges{{0, best[0] - best[1], best[0] + best[1], false, 0.25 * best[1]},
-                                       {1, least_m, most_m, true}};
-  best = refine_shapes(
-             ranges, best, [&](const std::vector<double>& at) { return -rail.explained(at[0], at[1]); },
-             SearchEffort{})
-             .shapes;
-  return best;
+    if (best.empty()) return best;
+    const std::vector<ShapeRange> ranges{{0, best[0] - best[1], best[0] + best[1], false, 0.25 * best[1]},
+                                         {1, least_m, most_m, true}};
+    return refine_shapes(
+               ranges, best,
+               [&](const std::vector<double>& at) { return -rail.explained(at[0], at[1], symmetric); },
+               SearchEffort{})
+        .shapes;
+  };
+  const std::vector<double> any = best_place(false);
+  if (any.empty()) return {};
+  // Of a force that is strongest in the middle the place is that of its peak. Beside it a slope would move
+  // the middle of a wider window away.
+  const std::vector<double> peak = best_place(true);
+  const bool is_peak =
+      !peak.empty() && rail.explained(peak[0], peak[1], true) > kMajority * rail.explained(any[0], any[1]);
+  return is_peak ? peak : any;
 }
 
 /// The shapes of least error, of model and cause fitted jointly: from `starts`, or near others that are

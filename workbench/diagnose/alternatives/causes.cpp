@@ -100,21 +100,32 @@ std::string change_with_interval(double share, double error) {
          " %";
 }
 
-std::string change_text(const DescribedCause& cause) {
+/// " and is as before from 14.70 +- 0.12 s on"; empty where the change lasts to the end of the log.
+std::string until_text(const DescribedCause& cause) {
+  const Measurement& measurement = cause.measurement();
+  const double until_s = cause.term().shapes[1];
+  if (until_s >= measurement.sample(measurement.sample_count() - 1).time_s) return "";
+  return fmt::format(" and is as before from {} on",
+                     quantity_with_interval(until_s, cause.time_half_width_s(), "s"));
+}
+
+void describe_change(const DescribedCause& cause, Structure& structure) {
   const Term& term = cause.term();
   const Eigen::VectorXd errors = cause.errors({}, Eigen::MatrixXd::Identity(2, 2));
-  return fmt::format("the friction changes at {}: its level by {}, the offset by {}",
-                     when_of(cause.measurement(), term.shapes[0], cause.time_half_width_s()),
-                     change_with_interval(term.gains[0], errors(0)),
-                     quantity_with_interval(term.gains[1], 2.0 * errors(1), "N"));
+  structure.determined =
+      std::abs(term.gains[0]) > 2.0 * errors(0) || std::abs(term.gains[1]) > 2.0 * errors(1);
+  structure.description = fmt::format("the friction changes at {}{}: its level by {}, the offset by {}",
+                                      when_of(cause.measurement(), term.shapes[0], cause.time_half_width_s()),
+                                      until_text(cause), change_with_interval(term.gains[0], errors(0)),
+                                      quantity_with_interval(term.gains[1], 2.0 * errors(1), "N"));
 }
 
 std::string load_text(const DescribedCause& cause) {
   const Term& term = cause.term();
   const Eigen::VectorXd errors = cause.errors({}, Eigen::MatrixXd::Identity(1, 1));
-  return fmt::format("the {} changes at {}, by {}, as where a payload is {}", mass_word(),
+  return fmt::format("the {} changes at {}{}, by {}, as where a payload is {}", mass_word(),
                      when_of(cause.measurement(), term.shapes[0], cause.time_half_width_s()),
-                     quantity_with_interval(term.gains[0], 2.0 * errors(0), "kg"),
+                     until_text(cause), quantity_with_interval(term.gains[0], 2.0 * errors(0), "kg"),
                      term.gains[0] > 0.0 ? "picked up" : "put down");
 }
 
@@ -237,7 +248,7 @@ KnotsOfCurve extreme_knots(const DescribedCause& cause) {
   return extreme;
 }
 
-std::string curve_text(const DescribedCause& cause, const KnotsOfCurve& extreme) {
+void describe_curve(const DescribedCause& cause, const KnotsOfCurve& extreme, Structure& structure) {
   const Term& term = cause.term();
   Eigen::MatrixXd rise = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(term.gains.size()), 1);
   rise(extreme.highest, 0) += 1.0;
@@ -245,12 +256,13 @@ std::string curve_text(const DescribedCause& cause, const KnotsOfCurve& extreme)
   const double rise_N = rise.col(0).dot(
       Eigen::Map<const Eigen::VectorXd>(term.gains.data(), static_cast<Eigen::Index>(term.gains.size())));
   const double error_N = cause.errors({}, rise)(0);
+  structure.determined = rise_N > 2.0 * error_N;
   const auto at = [&](std::ptrdiff_t knot) {  // a free curve shows no time better than its knots lie
     return quantity_with_interval(knot_s(term, knot), knot_distance_s(term), "s");
   };
-  return fmt::format("the {} depends on time, whatever the motion: lowest at {}, higher by {} at {}",
-                     force_word(), at(extreme.lowest), quantity_with_interval(rise_N, 2.0 * error_N, "N"),
-                     at(extreme.highest));
+  structure.description = fmt::format(
+      "the {} depends on time, whatever the motion: lowest at {}, higher by {} at {}", force_word(),
+      at(extreme.lowest), quantity_with_interval(rise_N, 2.0 * error_N, "N"), at(extreme.highest));
 }
 
 std::string after_reversals_text(const DescribedCause& cause) {
@@ -324,7 +336,7 @@ Structure place_and_text(const DescribedCause& described) {
       break;
     case CauseForm::change_at_a_time:
       structure.coordinate = Coordinate::time;
-      structure.description = change_text(described);
+      describe_change(described, structure);
       break;
     case CauseForm::load_from_a_time:
       structure.coordinate = Coordinate::time;
@@ -363,7 +375,7 @@ Structure place_and_text(const DescribedCause& described) {
       structure.free_curve = true;
       const KnotsOfCurve extreme = extreme_knots(described);
       structure.where = knot_s(cause, extreme.highest);
-      structure.description = curve_text(described, extreme);
+      describe_curve(described, extreme, structure);
       const double earlier_s = knot_s(cause, std::min(extreme.lowest, extreme.highest));
       structure.description += note_at_start(described.measurement(), earlier_s, knot_distance_s(cause));
       break;

@@ -40,11 +40,12 @@ std::string described(const Line& line) {
                      quantity_with_interval(line.amplitude_N, line.amplitude_half_width_N, "N"));
 }
 
-/// The frequency at which the blocks of a log are most alike in amplitude and phase.
+/// The frequencies at which the blocks of a log are alike in amplitude and phase, by more than chance.
 struct Coherent {
-  double frequency_Hz = 0.0;
+  double strongest_Hz = 0.0;
+  double most_alike_Hz = 0.0;
   double bin_Hz = 0.0;
-  double chance = 1.0;  ///< probability that chance makes them as alike at one frequency
+  double chance = 1.0;  ///< probability that chance makes them as alike at one frequency: of the most alike
   double tried = 0.0;   ///< independent frequencies
 };
 
@@ -53,8 +54,7 @@ struct Coherent {
 /// others, R = |sum c|^2 / (P sum |c|^2) exceeds r by chance with the probability (1 - r)^(P - 1). The
 /// intervals are the blocks of cross-validation, or fewer where these would have fewer rows than there are of
 /// them.
-Coherent most_coherent(const Measurement& measurement, const LogPart& part,
-                       const Eigen::VectorXd& residual_N) {
+Coherent coherent_in(const Measurement& measurement, const LogPart& part, const Eigen::VectorXd& residual_N) {
   const auto rows = static_cast<Eigen::Index>(part.row_count);
   const auto first_row = static_cast<Eigen::Index>(part.first_row);
   const Eigen::Index intervals =
@@ -78,17 +78,23 @@ Coherent most_coherent(const Measurement& measurement, const LogPart& part,
   }
   Coherent best;
   best.bin_Hz = measurement.row_rate_Hz() / static_cast<double>(length);
+  best.tried = 0.5 * static_cast<double>(part.row_count);
   double most = 0.0;
   const auto count = static_cast<double>(intervals);
   // Less than a period in an interval is no line.
   for (std::size_t k = length * static_cast<std::size_t>(intervals) / part.row_count; k < sum.size(); ++k) {
-    const double share = std::norm(sum[k]) / std::max(count * power[k], 1e-300);
-    if (share <= most) continue;
-    most = share;
-    best.frequency_Hz = best.bin_Hz * static_cast<double>(k);
+    const double share = std::min(1.0, std::norm(sum[k]) / std::max(count * power[k], 1e-300));
+    const double chance = std::pow(1.0 - share, count - 1.0);
+    if (is_chance(chance, best.tried)) continue;
+    const double frequency_Hz = best.bin_Hz * static_cast<double>(k);
+    if (chance < best.chance) {
+      best.chance = chance;
+      best.most_alike_Hz = frequency_Hz;
+    }
+    if (std::norm(sum[k]) <= most) continue;
+    most = std::norm(sum[k]);
+    best.strongest_Hz = frequency_Hz;
   }
-  best.chance = std::pow(1.0 - std::min(most, 1.0), count - 1.0);
-  best.tried = 0.5 * static_cast<double>(part.row_count);
   return best;
 }
 
@@ -266,14 +272,18 @@ Structure line_at_rows(const Measurement& measurement, const Eigen::VectorXd& re
   double tried = 0.0;
   for (const LogPart& part : measurement.parts()) {  // the phase differs from log to log
     if (part.block_count < 2 || part.row_count < 4) continue;
-    const Coherent own = most_coherent(measurement, part, residual_N);
+    const Coherent own = coherent_in(measurement, part, residual_N);
     tried += own.tried;
     if (own.chance >= best.chance) continue;
     best = own;
     at = &part;
   }
   if (at == nullptr || is_chance(best.chance, tried)) return no_line(residual_N);
-  return line_within(measurement, *at, residual_N, best.frequency_Hz, best.bin_Hz);
+  // Of mains hum a harmonic may be as much alike as the hum itself; of a motion that repeats the strongest
+  // may be a harmonic.
+  Structure line = line_within(measurement, *at, residual_N, best.strongest_Hz, best.bin_Hz);
+  if (!line.description.empty() || best.most_alike_Hz == best.strongest_Hz) return line;
+  return line_within(measurement, *at, residual_N, best.most_alike_Hz, best.bin_Hz);
 }
 
 std::optional<Structure> line_beyond_rows(const Measurement& measurement, const std::vector<double>& model_N,

@@ -72,10 +72,19 @@ Fitted largest_of_map(const Term& term, const std::vector<Term>& without) {
   return there;
 }
 
+/// The force of an effect over the position in the middle of its travel; of the first set of gains.
+Fitted force_in_middle(const Term& term, const std::vector<Term>& without) {
+  return fitted_value(term, without, [](const Term& one) {
+    return map_values(one, std::span(one.gains.data(), one.gains_per_set()))[kPlacesOfMap / 2];
+  });
+}
+
 /// "204.0 +- 6.0 N s/m": two standard errors to either side, 95 %.
 std::string with_interval(const Fitted& fitted, const char* unit) {
   return quantity_with_interval(fitted.value, 2.0 * fitted.standard_error, unit);
 }
+
+constexpr std::string_view kNotDetermined = ", not determined";
 
 /// Of a shape that is positive (all but places), an interval that contains zero says nothing of its size.
 std::string shape_with_interval(const Term& term, std::size_t shape) {
@@ -83,7 +92,7 @@ std::string shape_with_interval(const Term& term, std::size_t shape) {
   const double half_width = 2.0 * term.shape_standard_error(shape);
   const std::string text = shape_value_with_interval(spec, term.shapes[shape], half_width);
   if (spec.kind == ShapeKind::pitch && is_one_turn(term.shapes[shape])) return text + " (one turn)";
-  return spec.lower >= 0.0f && half_width >= term.shapes[shape] ? text + ", not determined" : text;
+  return spec.lower >= 0.0f && half_width >= term.shapes[shape] ? text + std::string(kNotDetermined) : text;
 }
 
 /// The amplitude of a group of gains: of cosine and sine gains that of the harmonic whose interval is highest
@@ -110,6 +119,22 @@ Fitted amplitude_of(const Term& term, const std::vector<Term>& without, std::siz
 constexpr std::string_view kEachWayText =
     "dry friction is {dry_forward} forward and {dry_backward} backward, the viscous slope {slope_forward} "
     "forward, {slope_backward} backward";
+/// Behind it, where the model has a constant force: a log shows the sum of both better than either.
+constexpr std::string_view kWithConstantText =
+    ", and with the constant force it takes {with_constant_forward} forward and {with_constant_backward} "
+    "backward";
+
+/// How a mass below the declared one is told, whatever the text of the effect says.
+std::string lighter_text(const Term& added_mass) {
+  return fmt::format(
+      "the residual is proportional to acceleration: {{{}}}, so the log declares more mass than the axis "
+      "has; "
+      "check it",
+      added_mass.effect->gain_groups.front().name);
+}
+
+/// Placeholder of the force of an effect over the position in the middle of the travel that was visited.
+constexpr std::string_view kForceInMiddle = "force_in_middle";
 
 /// What a sentence may tell beside shapes and single gains.
 struct Derived {
@@ -123,11 +148,13 @@ struct EachWayName {
   double FrictionEachWay::*member;
   const char* unit;
 };
-constexpr std::array<EachWayName, 4> kEachWay{
+constexpr std::array<EachWayName, 6> kEachWay{
     {{"dry_forward", &FrictionEachWay::dry_forward_N, "N"},
      {"dry_backward", &FrictionEachWay::dry_backward_N, "N"},
      {"slope_forward", &FrictionEachWay::slope_forward, "N s/m"},
-     {"slope_backward", &FrictionEachWay::slope_backward, "N s/m"}}};
+     {"slope_backward", &FrictionEachWay::slope_backward, "N s/m"},
+     {"with_constant_forward", &FrictionEachWay::with_constant_forward_N, "N"},
+     {"with_constant_backward", &FrictionEachWay::with_constant_backward_N, "N"}}};
 
 /// The value of the placeholder `name` with its interval: a shape, a single gain, the amplitude of a group of
 /// gains (of a map its largest absolute value), or the friction of the model each way.
@@ -137,6 +164,7 @@ std::string value_of(const Term& term, const Derived& derived, std::string_view 
       return with_interval({derived.each_way.*known.member, derived.each_way_error.*known.member},
                            known.unit);
   }
+  if (name == kForceInMiddle) return with_interval(force_in_middle(term, derived.without), "N");
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
     if (name == term.effect->shapes[i].name) return shape_with_interval(term, i);
   }
@@ -195,19 +223,28 @@ std::string fill_in(const Term& fitted, const Terms& model, const Derived& deriv
   std::string text;
   const Term* directional = directional_term(model);
   const bool differs = directional != nullptr && directional->effect == fitted.effect;
-  const std::string_view pattern = differs ? kEachWayText : fitted.effect->text.evidence;
+  const bool lighter =
+      fitted.effect->has_role(Role::added_mass) &&
+      std::all_of(fitted.gains.begin(), fitted.gains.end(), [](double kg) { return kg < 0.0; });
+  std::string pattern = differs   ? std::string(kEachWayText)
+                        : lighter ? lighter_text(fitted)
+                                  : std::string(fitted.effect->text.evidence);
+  if (differs && has_role(model, Role::constant_force)) pattern += kWithConstantText;
   std::size_t at = 0;
   std::size_t described = 0;  // end of the last value that was inserted
   while (at < pattern.size()) {
     const std::size_t open = pattern.find('{', at);
-    const std::size_t close = open == std::string_view::npos ? open : pattern.find('}', open);
-    if (close == std::string_view::npos) break;
+    const std::size_t close = open == std::string::npos ? open : pattern.find('}', open);
+    if (close == std::string::npos) break;
     text += pattern.substr(at, open - at);
-    const std::string value = value_of(fitted, derived, pattern.substr(open + 1, close - open - 1));
+    const std::string value =
+        value_of(fitted, derived, std::string_view(pattern).substr(open + 1, close - open - 1));
     const std::size_t clause = text.rfind(", ");
     at = close + 1;
-    if (value.starts_with("0 ") && clause != std::string::npos && clause >= described && described > 0) {
-      // A further clause with the value zero ("the viscous slope by 0 N s/m") is left out.
+    const bool tells_nothing = value.starts_with("0 ") || value.ends_with(kNotDetermined);
+    if (tells_nothing && clause != std::string::npos && clause >= described && described > 0) {
+      // A further clause with the value zero ("the viscous slope by 0 N s/m"), or of which the log tells
+      // nothing, is left out.
       text.resize(clause);
       at = std::min(pattern.find(", ", at), pattern.size());
       continue;
@@ -229,7 +266,9 @@ std::string evidence_of(const FittedModel& model, std::string_view effect) {
   const Term& term = *find_term(model.terms, effect);
   Derived derived{{}, friction_each_way(model.terms, term), {}};
   const auto& groups = term.effect->gain_groups;
-  if (std::any_of(groups.begin(), groups.end(), [](const GainGroup& group) { return group.count > 1; })) {
+  const bool is_map =
+      std::any_of(groups.begin(), groups.end(), [](const auto& group) { return group.count > 1; });
+  if (is_map || std::string_view(term.effect->text.evidence).find(kForceInMiddle) != std::string_view::npos) {
     for (const Terms& terms : terms_without_blocks(model))
       derived.without.push_back(*find_term(terms, effect));
   }

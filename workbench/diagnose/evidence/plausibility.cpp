@@ -53,8 +53,8 @@ bool ends_at_a_bound(const FittedModel& model, const Term& term) {
   return false;
 }
 
-/// Whether the search of a pitch, of a drag's exponent or of a delay ended at an end of its range: it does
-/// not repeat within the travel, grows in another way, or is no delay, and the bound determined it. Other
+/// Whether the search of a pitch or of a delay ended at an end of its range: it does not repeat within the
+/// travel, or is no delay, and the bound determined it. Other
 /// shapes have a meaning at an end: a memory without end in time or in distance, a friction that changes with
 /// the sign of the velocity at once.
 bool shape_ended_at_bound(const Measurement& measurement, const Term& term) {
@@ -79,15 +79,18 @@ bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
   return frequency != nullptr && is_at_bound(*frequency, term.shapes[frequency->index]);
 }
 
-/// Whether the mode is above the band and explains most of what a payload in its place leaves. Far below its
-/// frequency a mode is a payload: then the log sees that it swings, though not at which frequency.
+/// Whether the mode is above the band and explains most of what a payload in its place leaves beyond the
+/// floor. Far below its frequency a mode is a payload: then the log sees that it swings, though not at which
+/// frequency.
 bool swings_unlike_payload(const Measurement& measurement, const FittedModel& model, const Term& mode) {
   if (mode.shape(ShapeKind::frequency).value() < measurement.bandwidth_Hz()) return false;
   Terms rigid = without(model.terms, mode.id());
   if (!mass_is_free(rigid) && !has_role(rigid, Role::added_mass))
     rigid.push_back(make_term(measurement, effect_with_role(Role::added_mass)));
   const FittedModel other = fit_gains(measurement, std::move(rigid), &model);
-  return squared(model.holdout_rmse_N) < kMajority * squared(other.holdout_rmse_N);
+  const double floor_N = measurement.noise_floor_N();
+  return explained_N2(other.holdout_rmse_N, model.holdout_rmse_N) >
+         kMajority * explained_N2(other.holdout_rmse_N, floor_N);
 }
 
 /// Whether the term is a mode of which the log does not see that it decays, so that it is any line.
@@ -310,10 +313,12 @@ bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& 
 
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,
                           const FittedModel& model) {
+  // Above the band a mode is a phase, as are a further pole of the filter and a rest of the delay.
+  const bool delayed = has_role(model.terms, Role::measurement_delay);
   return (has_no_true_mode(model.terms) && !has_no_true_mode(baseline.terms)) ||
          any_new(model, baseline, [&](const Term& term, std::size_t index) {
            return (is_mode_beyond_band(measurement, term) &&
-                   !swings_unlike_payload(measurement, model, term)) ||
+                   (delayed || !swings_unlike_payload(measurement, model, term))) ||
                   is_mode_without_decay(measurement, term) || is_within_rounding(measurement, model, index) ||
                   is_line_in_time(measurement, model, index);
          });

@@ -140,12 +140,19 @@ bool is_equal_each_way(const Measurement& measurement, const FittedModel& model,
              std::max(2.0 * jackknife_error(slope_without) * speed_mps, least_N);
 }
 
-/// Whether the log determines nothing of the term: its one gain is within two standard errors of zero; or
-/// each of several is, and a shape is anything, its standard error above its value. Of several gains each may
-/// be within two where together they are not. What a map is, no single gain tells.
+/// Whether the log determines nothing of the term: its one gain is within two standard errors of zero, or the
+/// times of a delay are; or each of several gains is, and a shape is anything, its standard error above its
+/// value. Of several gains each may be within two where together they are not. What a map is, no single gain
+/// tells.
 bool is_undetermined(const Measurement& measurement, const FittedModel& model, const Term& term) {
   if (directional_term(model.terms) == &term) return is_equal_each_way(measurement, model, term);
-  if (term.gains.empty() || term.effect->has_shape(ShapeKind::travel)) return false;
+  if (term.effect->has_shape(ShapeKind::travel)) return false;
+  if (term.gains.empty()) {
+    for (std::size_t i = 0; i < term.shapes.size(); ++i) {
+      if (!contains_zero(term.shapes[i], term.shape_standard_error(i))) return false;
+    }
+    return true;
+  }
   for (std::size_t i = 0; i < term.gains.size(); ++i) {
     if (!contains_zero(term.gains[i], term.gain_standard_error(i))) return false;
   }

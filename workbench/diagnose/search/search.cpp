@@ -164,7 +164,8 @@ void add_steps_of(const SelectionContext& context, Terms terms, Explanation& exp
   }
 }
 
-/// The effects that were chosen beside causes and are not in `found.best`, and their special cases.
+/// The effects that were chosen beside causes and are not in `found.best`, and the special cases of them and
+/// of the causes: a curve over time has an offset in it.
 Terms lost_beside_causes(const Found& found, const Terms& joint) {
   Terms lost;
   const auto add = [&](const Term& term) {
@@ -172,12 +173,27 @@ Terms lost_beside_causes(const Found& found, const Terms& joint) {
       lost.push_back(term);
   };
   for (const std::string& id : found.outside.beside) add(*find_term(joint, id));
-  for (const std::string& id : found.outside.beside) {
-    const Trial* const special =
-        find_trial(found.alone, find_term(joint, id)->effect->traits.special_case.id);
+  for (const Term& term : joint) {
+    if (contains(found.context.baseline.terms, term.effect->text.id)) continue;
+    const Trial* const special = find_trial(found.alone, term.effect->traits.special_case.id);
     if (special != nullptr) add(special->term);
   }
   return lost;
+}
+
+/// Whether causes are what the log shows, and the effects only imitate them: alone they leave less than the
+/// effects do alone; unless the effects explain most of what there is beyond the floor, and the causes less
+/// than half of the rest. A curve over time that has an offset in it always leaves less than an offset.
+bool causes_explain_most(const SelectionContext& context, const FittedModel& causes_alone,
+                         const FittedModel& effects_alone, const FittedModel& joint) {
+  const double floor_N = context.measurement.noise_floor_N();
+  const double effects_N = effects_alone.holdout_rmse_N;
+  const auto is_most = [&](double before_N, double after_N) {
+    return explained_N2(before_N, after_N) > kMajority * explained_N2(before_N, floor_N);
+  };
+  const bool effects_do = is_most(context.baseline.holdout_rmse_N, effects_N);
+  return causes_alone.holdout_rmse_N < effects_N &&
+         !(effects_do && !is_most(effects_N, joint.holdout_rmse_N));
 }
 
 /// Takes what is outside the catalogue from the results: no controller has it. Of the effects that were
@@ -222,7 +238,7 @@ void set_causes_apart(Found& found) {
                [](const Term& cause) { return cause.effect->acts_as(Acts::dry); });
   const FittedModel effects_alone = fit_gains(measurement, std::move(beside_friction), &joint);
   const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
-  found.outside.explain_most = causes_alone.holdout_rmse_N < effects_alone.holdout_rmse_N;
+  found.outside.explain_most = causes_explain_most(found.context, causes_alone, effects_alone, joint);
 }
 
 /// Whether `more` has the effects of `best`, in any order, and one behind them.

@@ -72,6 +72,9 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
   Terms terms = diagnosis.baseline.terms;
   FittedModel before = diagnosis.baseline;
   const FittedModel known = order.empty() ? best.model : with_standard_errors(measurement, best.model);
+  // Alone, a mode has the payload in its rigid mass: then the step of the payload would explain nothing.
+  const bool splits_mass =
+      has_role(best.model.terms, Role::resonance) && has_role(best.model.terms, Role::added_mass);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool last = i + 1 == order.size();
     if (i > 0 && !last) put_next(measurement, terms, best.model, std::span(order).subspan(i));
@@ -80,7 +83,8 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
     FittedModel model =
         last ? best.model
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), kRefinement);
-    if (i == 0 && !last) model = better_fit(std::move(model), fit_alone(measurement, diagnosis, order[0]));
+    if (i == 0 && !last && !splits_mass)
+      model = better_fit(std::move(model), fit_alone(measurement, diagnosis, order[0]));
     if (!last) judge_on_unseen_data(measurement, model);
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, model.forward_rmse_N,
                                model.block_squared_error, context.criterion.difference(model, before),

@@ -16,9 +16,10 @@ namespace {
 /// velocity of the catalogue and more.
 constexpr double kSteady_mps = 1.0;
 
-constexpr std::array<double FrictionEachWay::*, 4> kValues{
-    &FrictionEachWay::dry_forward_N, &FrictionEachWay::dry_backward_N, &FrictionEachWay::slope_forward,
-    &FrictionEachWay::slope_backward};
+constexpr std::array<double FrictionEachWay::*, 6> kValues{
+    &FrictionEachWay::dry_forward_N,           &FrictionEachWay::dry_backward_N,
+    &FrictionEachWay::slope_forward,           &FrictionEachWay::slope_backward,
+    &FrictionEachWay::with_constant_forward_N, &FrictionEachWay::with_constant_backward_N};
 
 /// What the gains of a term add up to at a steady velocity, for those that act in one way.
 double sum_at(const Term& term, Acts acts, double velocity_mps) {
@@ -50,10 +51,16 @@ FrictionEachWay friction_each_way(const Terms& model, const Term& term) {
   const double level_N = dry_level_N(model);
   const Term* viscous = find_role(model, Role::viscous_friction);
   const double slope = viscous == nullptr ? 0.0 : viscous->gains.front();
-  return {level_N * (1.0 + sum_at(term, Acts::dry_scale, kSteady_mps)),
-          level_N * (1.0 + sum_at(term, Acts::dry_scale, -kSteady_mps)),
+  const Term* constant = find_role(model, Role::constant_force);
+  const double constant_N = constant == nullptr ? 0.0 : constant->gains.front();
+  const double forward_N = level_N * (1.0 + sum_at(term, Acts::dry_scale, kSteady_mps));
+  const double backward_N = level_N * (1.0 + sum_at(term, Acts::dry_scale, -kSteady_mps));
+  return {forward_N,
+          backward_N,
           slope + sum_at(term, Acts::force, kSteady_mps) / kSteady_mps,
-          slope - sum_at(term, Acts::force, -kSteady_mps) / kSteady_mps};
+          slope - sum_at(term, Acts::force, -kSteady_mps) / kSteady_mps,
+          forward_N + constant_N,
+          backward_N - constant_N};
 }
 
 std::vector<Terms> terms_without_blocks(const FittedModel& fitted) {

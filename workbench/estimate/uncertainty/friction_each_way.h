@@ -15,6 +15,10 @@ struct FrictionEachWay {
   double dry_backward_N = 0.0;
   double slope_forward = 0.0;  ///< viscous friction by velocity [N s/m]
   double slope_backward = 0.0;
+  /// The dry friction and the constant force of the model, which adds to one way what it takes from the
+  /// other.
+  double with_constant_forward_N = 0.0;
+  double with_constant_backward_N = 0.0;
 };
 
 /// The friction of a model with one effect that makes it differ between the directions; of several gain sets
