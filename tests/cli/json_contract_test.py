@@ -11,9 +11,9 @@ import program
 DIAGNOSIS = {"schema": str, "discrepancy_N": float, "cannot_show": list, "cannot_separate": list, "next_experiment": (dict, type(None)), "noise": dict,
              "repaired": list, "input_warnings": list, "log": str, "samples": int, "searched_samples": int,
              "baseline_effects": list, "noise_floor_N": float, "bandwidth_Hz": float, "baseline": dict,
-             "verdict": str, "candidates": list, "converged": bool, "unexplained": (dict, type(None))}
+             "verdict": str, "candidates": list, "parameters": list, "converged": bool, "unexplained": (dict, type(None))}
 CANDIDATE = {"effect": str, "title": str, "holdout_rmse_N": float, "error_reduction": float,
-             "error_reduction_se": float, "criterion_difference": float, "confounded_with": list, "evidence": str, "cause": str, "confirm_with": str}
+             "error_reduction_se": float, "criterion_difference": float, "confounded_with": list, "evidence": str, "refusal": str, "cause": str, "confirm_with": str}
 QUALITY = {"train_rmse_N": float, "holdout_rmse_N": float, "forward_rmse_N": float, "relative_error": float}
 
 
@@ -94,6 +94,7 @@ class Contract(program.Workshop):
 
     def check_candidate(self, candidate, result, known):
         self.assert_keys(candidate, CANDIDATE)
+        self.assertIn(candidate["refusal"], ("", "at_floor", "implausible", "too_small"))
         self.assertGreaterEqual(candidate["error_reduction_se"], 0.0)
         before = result["baseline"]["holdout_rmse_N"]
         self.assertAlmostEqual(candidate["error_reduction"], 1.0 - candidate["holdout_rmse_N"] / before, places=9)

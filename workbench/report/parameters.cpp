@@ -2,12 +2,14 @@
 #include "workbench/report/parameters.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "workbench/base/axis_units.h"
+#include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/diagnose/evidence/bounds.h"
 #include "workbench/estimate/uncertainty/friction_each_way.h"
@@ -89,6 +91,15 @@ std::string of_log(const Term& term, std::size_t gain) {
   return term.gain_sets() > 1 ? fmt::format(" (log {})", gain / term.gains_per_set() + 1) : "";
 }
 
+/// "level of 4 elements": the friction of a hysteresis in steady motion.
+std::string name_of_level(const Term& term, std::size_t set) {
+  const auto count = static_cast<std::ptrdiff_t>(term.gains_per_set());
+  const auto first = term.gains.begin() + static_cast<std::ptrdiff_t>(set) * count;
+  const auto used = std::count_if(first, first + count, [](double stiffness) { return stiffness > 0.0; });
+  return fmt::format("level of {}{}", counted(static_cast<std::size_t>(used), "element"),
+                     of_log(term, set * term.gains_per_set()));
+}
+
 }  // namespace
 
 json parameters_json(const Terms& terms) {
@@ -145,6 +156,31 @@ void add_friction_each_way(json& report, const FittedModel& fitted) {
       "Friction in steady motion", {{"Direction", false}, {"Dry friction", true}, {"Viscous", true}}, rows));
 }
 
+std::string values_text(const Terms& terms, const std::vector<std::string>& ids) {
+  std::vector<std::string> values;
+  for (const Term& term : terms) {
+    if (std::find(ids.begin(), ids.end(), term.id()) == ids.end()) continue;
+    if (term.effect->has_role(Role::hysteresis)) {
+      for (std::size_t set = 0; set < term.gain_sets(); ++set) {
+        values.push_back(name_of_level(term, set) + " " +
+                         with_interval(hysteresis_level_N(term, set), term.level_standard_error_N(set), "N"));
+      }
+      continue;
+    }
+    for (std::size_t g = 0; g < term.gains.size(); ++g) {
+      const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g % term.gains_per_set()));
+      if (group.count > 1) continue;
+      const std::string note = gain_note(term, g);
+      const double error = note.empty() ? term.gain_standard_error(g) : 0.0;
+      const char* const name = term.effect->has_role(Role::inertia) ? mass_word() : group.name;
+      values.push_back(fmt::format("{}{} {}{}", name, of_log(term, g),
+                                   with_interval(term.gains[g], error, group.unit),
+                                   note.empty() ? "" : " (" + note + ")"));
+    }
+  }
+  return fmt::format("{}", fmt::join(values, ", "));
+}
+
 std::string parameter_table(const Terms& terms) {
   std::string text =
       fmt::format("\n{:<32} {:<24} {:>14} {:>14}\n", "effect", "parameter", "value", "std. error");
@@ -153,14 +189,9 @@ std::string parameter_table(const Terms& terms) {
     const std::size_t count = term.gains_per_set();
     if (elements) {
       for (std::size_t set = 0; set < term.gain_sets(); ++set) {
-        const auto first = term.gains.begin() + static_cast<std::ptrdiff_t>(set * count);
-        const auto used = std::count_if(first, first + static_cast<std::ptrdiff_t>(count),
-                                        [](double stiffness) { return stiffness > 0.0; });
         const double level_N = hysteresis_level_N(term, set);
         const double error_N = term.level_standard_error_N(set);
-        text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(),
-                            fmt::format("level of {}{}", counted(static_cast<std::size_t>(used), "element"),
-                                        of_log(term, set * count)),
+        text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name_of_level(term, set),
                             quantity(level_N, "N", digits_known(level_N, error_N)),
                             error_N > 0.0 ? quantity(error_N, "N") : "not determined");
       }

@@ -26,57 +26,52 @@ using nlohmann::json;
 
 namespace {
 
-/// The candidate of lowest error among those that the log supports, by a share that is worth a name, and that
-/// are no step; null where there is none.
-const json* best_not_named(const json& result) {
-  const json* best = nullptr;
+/// The candidate that the log supports and that is refused; null where there is none.
+const json* refused(const json& result) {
   for (const json& one : result["candidates"]) {
-    if (!is_supported(number_of(one["criterion_difference"])) ||
-        number_of(one["error_reduction"]) < kLeastReduction) {
-      continue;
-    }
-    const bool named = std::any_of(result["steps"].begin(), result["steps"].end(),
-                                   [&](const json& step) { return step["effect"] == one["effect"]; });
-    if (named) continue;
-    if (best == nullptr || number_of(one["holdout_rmse_N"]) < number_of((*best)["holdout_rmse_N"]))
-      best = &one;
+    if (one["refusal"] != name_of(Refusal::none)) return &one;
   }
-  return best;
+  return nullptr;
 }
 
-/// "as fitted (...) it is not plausible, ...": why the log supports a candidate that has no name.
-std::string not_plausible(const json& candidate) {
-  return fmt::format("as fitted ({}) it is not plausible, or no larger than {}.",
-                     candidate["evidence"].get<std::string>(), kTooSmall);
+/// Why a candidate that the log supports has no name. Where the error is at the floor, and it would fall
+/// below, the floor is in doubt too.
+std::string why_not_named(const json& candidate, double floor_N) {
+  if (candidate["refusal"] == name_of(Refusal::at_floor)) {
+    std::string text = "the error is already that of the noise floor, within its uncertainty";
+    if (number_of(candidate["holdout_rmse_N"]) * kUncertainFloor < floor_N) {
+      text +=
+          "; but it would fall below the floor, so this log's floor is estimated too high and may hide an "
+          "effect";
+    }
+    return text + ".";
+  }
+  const bool implausible = candidate["refusal"] == name_of(Refusal::implausible);
+  return fmt::format("as fitted ({}) it is {}.", candidate["evidence"].get<std::string>(),
+                     implausible ? "not plausible" : fmt::format("no larger than {}", kTooSmall));
 }
 
 /// Why a complete model names nothing. The table shows every candidate, so that one that lowers the error by
 /// a share that is worth a name is not passed over in silence.
 std::string nothing_named(const json& result, const EffectName& name) {
-  const double floor_N = number_of(result["noise_floor_N"]);
-  const json* const best = best_not_named(result);
+  const json* const best = refused(result);
   if (best == nullptr) return "No effect of the catalogue lowers the held-out error significantly.";
-  std::string text =
-      fmt::format("No effect is named, although {} would lower the held-out error by {}: ",
-                  name((*best)["effect"].get<std::string>()), share(number_of((*best)["error_reduction"])));
-  if (number_of(result["baseline"]["holdout_rmse_N"]) >= kUncertainFloor * floor_N)
-    return text + not_plausible(*best);
-  text += "the error is already that of the noise floor, within its uncertainty";
-  if (number_of((*best)["holdout_rmse_N"]) * kUncertainFloor < floor_N)
-    text +=
-        "; but it would fall below the floor, so this log's floor is estimated too high and may hide an "
-        "effect";
-  return text + ".";
+  return fmt::format("No effect is named, although {} would lower the held-out error by {}: {}",
+                     name((*best)["effect"].get<std::string>()),
+                     quantity_with_interval(number_of((*best)["error_reduction"]),
+                                            2.0 * number_of((*best)["error_reduction_se"]), "1"),
+                     why_not_named(*best, number_of(result["noise_floor_N"])));
 }
 
 /// An effect that alone leaves less than all that are named together is not passed over in silence either.
 std::string better_alone(const json& result, const EffectName& name) {
-  const json* const best = best_not_named(result);
+  const json* const best = refused(result);
   const double named_N = number_of(result["steps"].back()["holdout_rmse_N"]);
   if (best == nullptr || !is_worth_a_name(named_N, number_of((*best)["holdout_rmse_N"]))) return "";
   if (!best->value("confounded_with", json::array()).empty()) return "";  // told as a tie
   return fmt::format(" {} alone would leave less, {}, but {}", name((*best)["effect"].get<std::string>()),
-                     newtons(number_of((*best)["holdout_rmse_N"])), not_plausible(*best));
+                     newtons(number_of((*best)["holdout_rmse_N"])),
+                     why_not_named(*best, number_of(result["noise_floor_N"])));
 }
 
 /// What a model leaves beyond the noise floor, where that is more than the floor: its form is then not that

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "workbench/base/axis_units.h"
 #include "workbench/report/html/format.h"
 #include "workbench/report/html/json_access.h"
 #include "workbench/report/html/sections.h"
@@ -71,16 +72,32 @@ std::string parameter_rows(const json& parameters, std::size_t first, std::size_
     // For a shape, such as a position, a value near zero has no special meaning.
     const char* weak = note == "shape" ? "not determined by this log" : "≈\u00a00 within its error";
     out += "<tr><td class=\"pname\">" + escape_html(parameter_name(parameter)) + "</td><td class=\"num\">" +
-           text.value + "</td><td class=\"num pm\">" + (text.error.empty() ? "" : "±\u202f" + text.error) +
-           "</td><td class=\"unit\">" + escape_html(text.unit) + "</td><td class=\"note\">" +
+           text.value + "</td><td class=\"num pm\">" + text.error + "</td><td class=\"unit\">" +
+           escape_html(text.unit) + "</td><td class=\"note\">" +
            (text.weak ? "<span class=\"weak\">" + std::string(weak) + "</span> " : "") + prose_html(note) +
            "</td></tr>";
   }
   return out;
 }
 
+/// Of a hysteresis first its level, which the log determines better than any of its elements.
+json with_levels(const json& effect) {
+  json rows = json::array();
+  for (const json& level : array_at(effect, "levels")) {
+    json row{{"name", "level of all elements"},
+             {"value", level["level_N"]},
+             {"standard_error", level["standard_error_N"]},
+             {"unit", axis_unit("N")},
+             {"note", ""}};
+    if (level.contains("log")) row["log"] = level["log"];
+    rows.push_back(std::move(row));
+  }
+  for (const json& parameter : array_at(effect, "parameters")) rows.push_back(parameter);
+  return rows;
+}
+
 std::string effect_block(const json& data, const json& effect) {
-  const json& parameters = array_at(effect, "parameters");
+  const json parameters = with_levels(effect);
   const std::string id = text_at(effect, "effect");
   const std::string formula = text_at(effect, "formula");
   // Long lists (slip elements, harmonics) are set in two columns.

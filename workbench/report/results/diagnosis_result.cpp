@@ -9,9 +9,11 @@
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/estimate/terms/search_ranges.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
+#include "workbench/report/parameters.h"
 #include "workbench/report/texts.h"
 
 namespace slipstack::workbench {
@@ -59,6 +61,7 @@ json candidates_json(const Diagnosis& diagnosis) {
                {"criterion_difference", number_json(candidate.criterion_difference)},
                {"confounded_with", candidate.confounded_with},
                {"evidence", candidate.evidence},
+               {"refusal", name_of(candidate.refusal)},
                {"cause", text.cause},
                {"confirm_with", text.confirm}};
     if (candidate.term.effect->is_user_defined()) entry["definition"] = candidate.term.effect->definition;
@@ -107,7 +110,13 @@ void add_limits(json& result, const DiagnosisRequest& request, const Diagnosis& 
 
 DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurement& measurement,
                                  const Diagnosis& diagnosis) {
-  DiagnosisResult result{{}, log_results(measurement, diagnosis.explained), {}, diagnosis.input_warnings};
+  const bool missing = diagnosis.verdict == Verdict::missing_effect;
+  DiagnosisResult result{
+      {},
+      with_standard_errors(measurement, missing ? diagnosis.explained : diagnosis.baseline).terms,
+      log_results(measurement, diagnosis.explained),
+      {},
+      diagnosis.input_warnings};
   // A motion is no remedy for an input in wrong units or of the wrong sign.
   if (result.warnings.empty()) result.next = next_experiment(diagnosis);
   result.json = {{"log", request.log},
@@ -124,10 +133,11 @@ DiagnosisResult diagnosis_result(const DiagnosisRequest& request, const Measurem
                  {"verdict", name_of(diagnosis.verdict)},
                  {"candidates", candidates_json(diagnosis)},
                  {"steps", steps_json(diagnosis)},
+                 {"parameters", parameters_json(result.fitted)},
                  {"converged", diagnosis.explained.converged},
                  {"unexplained", nullptr}};
   if (!result.logs.empty()) result.json["logs"] = logs_json(result.logs);
-  if (diagnosis.verdict == Verdict::missing_effect) {
+  if (missing) {
     result.json["best"] = errors_json(diagnosis.best);
     result.json["best"]["effects"] = ids_of(diagnosis.best.terms);
   }

@@ -25,6 +25,7 @@ struct DiagnosisRequest {
 
 struct DiagnosisResult {
   nlohmann::json json;          ///< as `diagnose --stepwise --json` writes it (docs/json.md)
+  Terms fitted;                 ///< with standard errors: of the baseline, and of all that is named
   std::vector<LogResult> logs;  ///< of the final explanation; empty for a single log
   std::optional<NextExperiment> next;
   std::vector<InputWarning> warnings;

@@ -14,6 +14,7 @@
 #include "workbench/report/fit_quality.h"
 #include "workbench/report/json_values.h"
 #include "workbench/report/measurement_notes.h"
+#include "workbench/report/parameters.h"
 #include "workbench/report/results/diagnosis_result.h"
 #include "workbench/report/texts.h"
 #include "workbench/report/verdict_sentence.h"
@@ -85,9 +86,14 @@ std::string interval_text(const json& of) {
   return newtons(number_of(interval[0])) + " to " + newtons(number_of(interval[1]));
 }
 
-std::string baseline_line(const json& result) {
-  return fmt::format("\nbaseline   {}\n",
-                     fmt::join(result["baseline_effects"].get<std::vector<std::string>>(), ", "));
+/// The baseline and its values, by which a mass or a unit that is not that of the axis shows.
+std::string baseline_lines(const json& result, const Terms& fitted) {
+  const auto baseline = result["baseline_effects"].get<std::vector<std::string>>();
+  std::string text = fmt::format("\nbaseline   {}\n", fmt::join(baseline, ", "));
+  const std::string values = values_text(fitted, baseline);
+  if (values.empty()) return text;
+  return text + fmt::format("values     {}{}\n", values,
+                            fitted.size() > baseline.size() ? "; beside all that is named" : "");
 }
 
 std::string interval_line(const json& result) {
@@ -144,7 +150,7 @@ std::string diagnosis_text(const DiagnosisRequest& request, const Measurement& m
   // Where several were chosen, the table of each alone does not show what they do together.
   if (request.stepwise || found["steps"].size() > 2) text += step_table(found);
   text += log_table(result.logs);
-  text += baseline_line(found) + interval_line(found) + forward_line(found["steps"]) +
+  text += baseline_lines(found, result.fitted) + interval_line(found) + forward_line(found["steps"]) +
           convergence_line(found["converged"].get<bool>());
   text += noise_line(measurement) + excerpt_line(measurement, "effects searched") + repair_lines(measurement);
   if (found.contains("best")) text += advice(found["candidates"].front());
