@@ -127,9 +127,8 @@ constexpr std::string_view kWithConstantText =
 /// How a mass below the declared one is told, whatever the text of the effect says.
 std::string lighter_text(const Term& added_mass) {
   return fmt::format(
-      "the residual is proportional to acceleration: {{{}}}, so the log declares more mass than the axis "
-      "has; "
-      "check it",
+      "the residual is proportional to acceleration: {{{}}}, so the log declares more mass "
+      "than the axis has; check it",
       added_mass.effect->gain_groups.front().name);
 }
 

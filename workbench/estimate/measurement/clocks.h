@@ -17,8 +17,8 @@ struct ClockDifference {
 /// The lag at which the force follows from the motion far better than at any lag that the catalogue's delay
 /// can have, within half a second to either side; none where there is no such lag. The force is fitted by
 /// inertia, viscous and Coulomb friction, a spring that may stiffen, a constant, and stop operators of fixed
-/// slip distances: hysteresis lags the motion too, and without it a shifted force would imitate it. Cost: a
-/// dozen signals through the common filter, and rows x lags.
+/// slip distances: hysteresis lags the motion too, and without it a shifted force would imitate it. Asked
+/// only where most of the force is inertia. Cost: a dozen signals through the common filter, and rows x lags.
 std::optional<ClockDifference> clock_difference(const Measurement& measurement);
 
 }  // namespace slipstack::workbench
