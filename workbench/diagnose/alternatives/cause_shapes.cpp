@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/causes.h"
 #include "workbench/diagnose/alternatives/spectral_line.h"
 #include "workbench/diagnose/detectability/separation.h"
