@@ -23,11 +23,8 @@ class CableChainStiffness {
       .residual = "a line against position, straight or steeper towards the ends, the same both ways",
       .evidence =
           "the residual is a line against position, the same both ways: {stiffness}, {force_in_middle} in "
-          "the "
-          "middle of the travel (a constant offset would be part of it); at the ends of the travel it bends "
-          "by "
-          "{quadratic_at_ends} (square) and "
-          "{cubic_at_ends} (cube)",
+          "the middle of the travel (a constant offset would be part of it); at the ends of the travel it "
+          "bends by {quadratic_at_ends} (square) and {cubic_at_ends} (cube)",
       .cause =
           "cable chain, hose or bellows pulling towards its unloaded length | gravity of a link over "
           "part of a turn, a hose or cable that is twisted",

@@ -19,8 +19,7 @@ class FrictionalLag {
       .evidence =
           "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of the level at "
           "speed, with a long tail by {weakening_with_tail} of it, and follows velocity late, by a time of "
-          "{lag}, "
-          "over a distance of {lag_distance}",
+          "{lag}, over a distance of {lag_distance}",
       .cause = "the lubricant film needs time to form and to collapse",
       .confirm =
           "slow moves whose speed varies as a sine at several frequencies: the loop force-velocity opens "

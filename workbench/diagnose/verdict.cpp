@@ -88,9 +88,9 @@ bool is_large(const Diagnosis& diagnosis, double discrepancy_N) {
 /// Whether the named effects only approximate something else: they explain less than half of what the
 /// baseline leaves beyond the noise, and what is left is large.
 bool insufficient(const Diagnosis& diagnosis) {
-  const double before_N = discrepancy_N(diagnosis.baseline, diagnosis.noise_floor_N);
-  const double after_N = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);
-  return is_large(diagnosis, after_N) && after_N * after_N > kMajority * before_N * before_N;
+  return is_large(diagnosis, discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N)) &&
+         !explains_most(diagnosis.baseline.holdout_rmse_N, diagnosis.explained.holdout_rmse_N,
+                        diagnosis.noise_floor_N);
 }
 
 /// Whether an effect that was refused leaves, alone, far less than the named ones together, which then
@@ -118,12 +118,18 @@ bool is_implausible_alone(const Measurement& measurement, const FittedModel& bas
   return is_implausible(measurement, baseline, fitted);
 }
 
+/// Whether the candidate on the baseline is too small for a name.
+bool is_too_small_alone(const Measurement& measurement, const FittedModel& baseline,
+                        const Candidate& candidate) {
+  const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
+  return is_too_small(measurement, baseline, baseline.terms, candidate.terms, step_N2);
+}
+
 /// Whether the candidate would be worth a name, but is too small for one.
 bool would_be_named_if_larger(const Measurement& measurement, const FittedModel& baseline,
                               const Candidate& candidate) {
-  const double step_N2 = explained_N2(baseline.holdout_rmse_N, candidate.holdout_rmse_N);
   return candidate.error_reduction >= kLeastReduction &&
-         is_too_small(measurement, baseline, baseline.terms, candidate.terms, step_N2) &&
+         is_too_small_alone(measurement, baseline, candidate) &&
          !is_implausible_alone(measurement, baseline, candidate);
 }
 
@@ -176,8 +182,7 @@ std::string passed_over(const Measurement& measurement, const Diagnosis& diagnos
       fmt::format("; {} alone would lower the error by {}", best->term.id(), lowered_by(*best));
   if (is_implausible_alone(measurement, diagnosis.baseline, *best))
     return would + ", but as fitted it is not plausible: " + best->evidence;
-  const double step_N2 = explained_N2(diagnosis.baseline.holdout_rmse_N, best->holdout_rmse_N);
-  return is_too_small(measurement, diagnosis.baseline, diagnosis.baseline.terms, best->terms, step_N2)
+  return is_too_small_alone(measurement, diagnosis.baseline, *best)
              ? fmt::format("{}, but it is no larger than {}: {}", would, kTooSmall, best->evidence)
              : would;
 }

@@ -39,43 +39,44 @@ class LineBasis final : public EffectBasis {
   double rate_ = 0.0;
 };
 
+/// A part of the log, from the first shape to the second.
+struct TimeSpan {
+  double from_s = 0.0;
+  double until_s = 0.0;
+  bool contains(double time_s) const { return time_s >= from_s && time_s < until_s; }
+};
+
 class ChangeBasis final : public EffectBasis {
  public:
   void prepare(std::span<const double> shapes, const Scales<double>&) override {
-    from_s_ = shapes[0];
-    until_s_ = shapes[1];
+    changed_ = {shapes[0], shapes[1]};
   }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
     for (const Sample<double>& sample : samples) {
-      const double changed = sample.time_s >= from_s_ && sample.time_s < until_s_ ? 1.0 : 0.0;
+      const double changed = changed_.contains(sample.time_s) ? 1.0 : 0.0;
       *out++ = changed;
       *out++ = changed;
     }
   }
 
  private:
-  double from_s_ = 0.0;
-  double until_s_ = 0.0;
+  TimeSpan changed_;
 };
 
 class LoadBasis final : public EffectBasis {
  public:
   void prepare(std::span<const double> shapes, const Scales<double>&) override {
-    from_s_ = shapes[0];
-    until_s_ = shapes[1];
+    loaded_ = {shapes[0], shapes[1]};
   }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) {
-      const bool loaded = sample.time_s >= from_s_ && sample.time_s < until_s_;
-      *out++ = loaded ? sample.acceleration_mps2 : 0.0;
-    }
+    for (const Sample<double>& sample : samples)
+      *out++ = loaded_.contains(sample.time_s) ? sample.acceleration_mps2 : 0.0;
   }
 
  private:
-  double from_s_ = 0.0;
-  double until_s_ = 0.0;
+  TimeSpan loaded_;
 };
 
 /// Linear B-splines with `knots` knots one apart, at `at` from the first, times `scale`.

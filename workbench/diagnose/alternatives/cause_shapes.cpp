@@ -62,7 +62,7 @@ double explained_apart(const SumsUntil<kColumns>& sums, std::size_t from, std::s
   return inside.explained(sums.back()) + (sums.back() - inside).explained(sums.back());
 }
 
-/// Rows [from, until) for which that is most, with one of the two at an end of the log.
+/// The row from which on, to the end of the log, that is most; 0 where there is none.
 template <int kColumns>
 std::size_t best_break(const SumsUntil<kColumns>& sums) {
   const std::size_t end = sums.size() - 1;
@@ -77,8 +77,8 @@ std::size_t best_break(const SumsUntil<kColumns>& sums) {
   return best;
 }
 
-/// The same with both within the log: on a grid, then each end by itself. Two breaks (Bai and Perron 1998)
-/// with the same regression before the first and after the second.
+/// Rows [from, until) within the log for which that is most: on a grid, then each end by itself. Two breaks
+/// (Bai and Perron 1998) with the same regression before the first and after the second.
 template <int kColumns>
 std::pair<std::size_t, std::size_t> best_interval(const SumsUntil<kColumns>& sums) {
   // Steps of the first search: half a second of a log of one minute. Chosen.

@@ -19,12 +19,6 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Whether a model explains less than most of what the named one explains beyond `without_N`, the error
-/// without either: no search of its shapes would make it a tie.
-bool explains_far_less(double without_N, double error_N, double named_N) {
-  return explained_N2(without_N, error_N) < kMajority * explained_N2(without_N, named_N);
-}
-
 /// The baseline with one candidate, with the errors that are told of it.
 Explanation alone(const SelectionContext& context, const Diagnosis& diagnosis, const Candidate& candidate) {
   FittedModel model = fit_gains(context.measurement, candidate.terms, &diagnosis.baseline);
@@ -53,7 +47,8 @@ std::optional<Explanation> with_in_place(const SelectionContext& context, const 
   const Measurement& measurement = context.measurement;
   const double named_N = named.model.holdout_rmse_N;
   Trial trial = with_shapes_searched(measurement, without_old, {other.term, other.terms, 0.0, {}}, kUnmoved);
-  if (explains_far_less(without_old.holdout_rmse_N, trial.holdout_rmse_N, named_N)) return {};
+  // What explains less than most of what the named one does, no search of its shapes makes a tie.
+  if (!explains_most(without_old.holdout_rmse_N, trial.holdout_rmse_N, named_N)) return {};
   trial = with_shapes_searched(measurement, without_old, std::move(trial), kFirstLook);
   if (is_worth_a_name(trial.holdout_rmse_N, named_N)) return {};
   FittedModel model = fit_gains(measurement, std::move(trial.terms), &without_old);
@@ -87,8 +82,7 @@ std::vector<Separation> ties_with(const SelectionContext& context, const Diagnos
     std::optional<Explanation> replaced;
     if (!single) {
       replaced = with_in_place(context, named, i, without_old, other);
-    } else if (!explains_far_less(without_old.holdout_rmse_N, other.holdout_rmse_N,
-                                  named.model.holdout_rmse_N)) {
+    } else if (explains_most(without_old.holdout_rmse_N, other.holdout_rmse_N, named.model.holdout_rmse_N)) {
       replaced = alone(context, diagnosis, other);
     }
     if (replaced && is_tie(context, named, *replaced) &&

@@ -52,9 +52,7 @@ bool has_no_true_bristle(const Measurement& measurement, const FittedModel& mode
     return true;
   }
   const FittedModel other = fit_gains(measurement, without(model.terms, bristle->id()), &model);
-  const double floor_N = measurement.noise_floor_N();
-  return explained_N2(model.holdout_rmse_N, floor_N) >
-         kMajority * explained_N2(other.holdout_rmse_N, floor_N);
+  return !explains_most(other.holdout_rmse_N, model.holdout_rmse_N, measurement.noise_floor_N());
 }
 
 bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms) {

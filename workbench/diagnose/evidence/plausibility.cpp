@@ -88,9 +88,7 @@ bool swings_unlike_payload(const Measurement& measurement, const FittedModel& mo
   if (!mass_is_free(rigid) && !has_role(rigid, Role::added_mass))
     rigid.push_back(make_term(measurement, effect_with_role(Role::added_mass)));
   const FittedModel other = fit_gains(measurement, std::move(rigid), &model);
-  const double floor_N = measurement.noise_floor_N();
-  return explained_N2(other.holdout_rmse_N, model.holdout_rmse_N) >
-         kMajority * explained_N2(other.holdout_rmse_N, floor_N);
+  return explains_most(other.holdout_rmse_N, model.holdout_rmse_N, measurement.noise_floor_N());
 }
 
 /// Whether the term is a mode of which the log does not see that it decays, so that it is any line.

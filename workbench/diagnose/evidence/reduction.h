@@ -21,6 +21,11 @@ inline double explained_N2(double before_N, double after_N) {
 /// than this share of what another leaves is far better. The only share at which neither of two causes is
 /// preferred.
 inline constexpr double kMajority = 0.5;
+/// Whether a model that lowers an error from `before_N` to `after_N` explains most of what one with the error
+/// `least_N` does: of all that there is, where that is the noise floor.
+inline bool explains_most(double before_N, double after_N, double least_N) {
+  return explained_N2(before_N, after_N) > kMajority * explained_N2(before_N, least_N);
+}
 /// A discrepancy of the form above this share of the force (rms) is large: models of machines that are called
 /// good in the literature of identification leave less (EMPS 3 to 4 %; Janot, Gautier, Brunot 2019). What a
 /// log would not show though it were larger, it does not rule out.

@@ -188,12 +188,9 @@ bool causes_explain_most(const SelectionContext& context, const FittedModel& cau
                          const FittedModel& effects_alone, const FittedModel& joint) {
   const double floor_N = context.measurement.noise_floor_N();
   const double effects_N = effects_alone.holdout_rmse_N;
-  const auto is_most = [&](double before_N, double after_N) {
-    return explained_N2(before_N, after_N) > kMajority * explained_N2(before_N, floor_N);
-  };
-  const bool effects_do = is_most(context.baseline.holdout_rmse_N, effects_N);
-  return causes_alone.holdout_rmse_N < effects_N &&
-         !(effects_do && !is_most(effects_N, joint.holdout_rmse_N));
+  const bool only_the_rest = explains_most(context.baseline.holdout_rmse_N, effects_N, floor_N) &&
+                             !explains_most(effects_N, joint.holdout_rmse_N, floor_N);
+  return causes_alone.holdout_rmse_N < effects_N && !only_the_rest;
 }
 
 /// Takes what is outside the catalogue from the results: no controller has it. Of the effects that were

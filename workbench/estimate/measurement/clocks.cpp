@@ -15,8 +15,7 @@ namespace {
 
 /// Slip distances of the stop operators, as shares of the travel; shorter ones are the sign of the velocity.
 constexpr std::array<double, 5> kSlipOfTravel{0.001, 0.004, 0.015, 0.06, 0.25};
-constexpr Eigen::Index kMotionTerms = 7;
-constexpr Eigen::Index kClockTerms = kMotionTerms + static_cast<Eigen::Index>(kSlipOfTravel.size());
+constexpr Eigen::Index kClockTerms = MotionTerms::kCount + static_cast<Eigen::Index>(kSlipOfTravel.size());
 
 using ClockColumns = Eigen::Matrix<double, Eigen::Dynamic, kClockTerms>;
 using ClockVector = Eigen::Matrix<double, kClockTerms, 1>;
@@ -37,22 +36,12 @@ std::vector<double> stop_operator(const Measurement& measurement, double slip_m)
 }
 
 /// The terms at the rows, each with a largest value of one.
-ClockColumns terms_at_rows(const Measurement& measurement) {
+ClockColumns columns_of(const Measurement& measurement, const MotionTerms& terms) {
   ClockColumns columns(measurement.row_count(), kClockTerms);
-  std::vector<double> direction(measurement.velocity_mps());
-  for (double& value : direction) value = (value > 0.0) - (value < 0.0);
-  columns.col(0) = measurement.filtered(measurement.acceleration_mps2());
-  columns.col(1) = measurement.filtered(measurement.velocity_mps());
-  columns.col(2) = measurement.filtered(direction);
-  columns.col(3) = measurement.filtered(measurement.position_m());
-  columns.col(3).array() -= columns.col(3).mean();
-  columns.col(3) /= std::max(columns.col(3).cwiseAbs().maxCoeff(), 1e-300);
-  columns.col(4) = columns.col(3).cwiseAbs2();
-  columns.col(5) = columns.col(4).cwiseProduct(columns.col(3));
-  columns.col(6).setOnes();
+  columns.leftCols(MotionTerms::kCount) = terms.at_rows;
   const double travel_m = value_range(measurement.position_m()).length();
   for (std::size_t i = 0; i < kSlipOfTravel.size(); ++i) {
-    columns.col(kMotionTerms + static_cast<Eigen::Index>(i)) =
+    columns.col(MotionTerms::kCount + static_cast<Eigen::Index>(i)) =
         measurement.filtered(stop_operator(measurement, kSlipOfTravel[i] * travel_m));
   }
   for (Eigen::Index c = 0; c < kClockTerms; ++c)
@@ -60,12 +49,17 @@ ClockColumns terms_at_rows(const Measurement& measurement) {
   return columns;
 }
 
-/// The share of the mean square of the force that the motion leaves unexplained, by the lag of the force. The
-/// same rows are used at every lag.
-class ShareByLag {
+/// How the force follows from the motion at a lag, both as shares of it.
+struct FitAtLag {
+  double left = 0.0;     ///< of the mean square of the force: unexplained
+  double inertia = 0.0;  ///< of its rms: that of the inertia; negative where the mass is
+};
+
+/// Fits of the force by the motion at one lag after another, always at the same rows.
+class FitByLag {
  public:
-  ShareByLag(const Measurement& measurement, Eigen::Index most)
-      : columns_(terms_at_rows(measurement)), force_N_(measurement.force_N()) {
+  FitByLag(const Measurement& measurement, const MotionTerms& terms, Eigen::Index most)
+      : columns_(columns_of(measurement, terms)), force_N_(measurement.force_N()) {
     ClockMatrix normal = ClockMatrix::Zero();
     for (const LogPart& part : measurement.parts()) {
       const auto first = static_cast<Eigen::Index>(part.first_row);
@@ -76,45 +70,36 @@ class ShareByLag {
         normal += columns_.row(row).transpose() * columns_.row(row);
       }
     }
+    inertia_squares_ = normal(MotionTerms::kInertia, MotionTerms::kInertia);
     normal.diagonal().array() += 1e-9 * static_cast<double>(rows_.size());  // a log may not excite all terms
     normal_.compute(normal);
   }
 
-  /// The rms of the inertia that the fit at a lag has, in that of the force; negative where the mass is.
-  double inertia_share(Eigen::Index lag) const {
-    ClockVector right = ClockVector::Zero();
-    double force_N2 = 0.0;
-    double inertia2 = 0.0;
-    for (const Eigen::Index row : rows_) {
-      right += force_N_(row + lag) * columns_.row(row).transpose();
-      force_N2 += force_N_(row + lag) * force_N_(row + lag);
-      inertia2 += columns_(row, 0) * columns_(row, 0);
-    }
-    return normal_.solve(right)(0) * std::sqrt(inertia2 / std::max(force_N2, 1e-300));
-  }
-
   bool has_rows() const { return static_cast<Eigen::Index>(rows_.size()) >= 4 * kClockTerms; }
-  double operator()(Eigen::Index lag) const {
+  FitAtLag operator()(Eigen::Index lag) const {
     ClockVector right = ClockVector::Zero();
-    double squares_N2 = 0.0;
+    double squares_N2 = 1e-300;
     for (const Eigen::Index row : rows_) {
       const double own_N = force_N_(row + lag);
       right += own_N * columns_.row(row).transpose();
       squares_N2 += own_N * own_N;
     }
-    return std::max(0.0, 1.0 - right.dot(normal_.solve(right)) / std::max(squares_N2, 1e-300));
+    const ClockVector gains = normal_.solve(right);
+    return {std::max(0.0, 1.0 - right.dot(gains) / squares_N2),
+            gains(MotionTerms::kInertia) * std::sqrt(inertia_squares_ / squares_N2)};
   }
 
  private:
   ClockColumns columns_;
   Eigen::VectorXd force_N_;
   std::vector<Eigen::Index> rows_;
+  double inertia_squares_ = 0.0;
   Eigen::LDLT<ClockMatrix> normal_;
 };
 
 }  // namespace
 
-std::optional<ClockDifference> clock_difference(const Measurement& measurement) {
+std::optional<ClockDifference> clock_difference(const Measurement& measurement, const MotionTerms& terms) {
   constexpr double kLongest_s = 0.5;
   constexpr double kDelay_s = 0.02;  // the longest that the catalogue's delay is searched for
   // Of the mean square that is left at the best of those delays. With EMPS and a simulated axis, shifted by
@@ -126,22 +111,22 @@ std::optional<ClockDifference> clock_difference(const Measurement& measurement) 
   constexpr double kMostIsInertia = 0.5;
   const double row_s = 1.0 / measurement.row_rate_Hz();
   const auto most = static_cast<Eigen::Index>(std::ceil(kLongest_s / row_s));
-  const ShareByLag share(measurement, most);
-  if (!share.has_rows()) return {};
+  const FitByLag fit(measurement, terms, most);
+  if (!fit.has_rows()) return {};
   double within_delay = 1.0;
-  double beyond = 1.0;
+  FitAtLag beyond{1.0};
   Eigen::Index best = 0;
   for (Eigen::Index lag = -most; lag <= most; ++lag) {
-    const double own = share(lag);
+    const FitAtLag own = fit(lag);
     if (std::abs(static_cast<double>(lag)) * row_s <= kDelay_s) {
-      within_delay = std::min(within_delay, own);
-    } else if (own < beyond) {
+      within_delay = std::min(within_delay, own.left);
+    } else if (own.left < beyond.left) {
       beyond = own;
       best = lag;
     }
   }
-  if (beyond >= kFarBetter * within_delay || std::abs(best) == most) return {};
-  if (share.inertia_share(best) < kMostIsInertia) return {};
+  if (beyond.left >= kFarBetter * within_delay || std::abs(best) == most) return {};
+  if (beyond.inertia < kMostIsInertia) return {};
   return ClockDifference{static_cast<double>(best) * row_s, row_s};
 }
 

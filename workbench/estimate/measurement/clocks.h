@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "workbench/estimate/measurement/measurement.h"
+#include "workbench/estimate/measurement/motion_terms.h"
 
 // Force and position that were recorded by two devices, each with a clock of its own.
 namespace slipstack::workbench {
@@ -15,10 +16,10 @@ struct ClockDifference {
 };
 
 /// The lag at which the force follows from the motion far better than at any lag that the catalogue's delay
-/// can have, within half a second to either side; none where there is no such lag. The force is fitted by
-/// inertia, viscous and Coulomb friction, a spring that may stiffen, a constant, and stop operators of fixed
-/// slip distances: hysteresis lags the motion too, and without it a shifted force would imitate it. Asked
-/// only where most of the force is inertia. Cost: a dozen signals through the common filter, and rows x lags.
-std::optional<ClockDifference> clock_difference(const Measurement& measurement);
+/// can have, within half a second to either side; none where there is no such lag. The force is fitted by the
+/// terms of the motion and stop operators of fixed slip distances: hysteresis lags the motion too, and
+/// without it a shifted force would imitate it. Asked only where most of the force is inertia. Cost: a signal
+/// through the common filter for each stop operator, and rows x lags.
+std::optional<ClockDifference> clock_difference(const Measurement& measurement, const MotionTerms& terms);
 
 }  // namespace slipstack::workbench

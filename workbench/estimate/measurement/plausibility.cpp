@@ -14,6 +14,7 @@
 #include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/estimate/measurement/clocks.h"
+#include "workbench/estimate/measurement/motion_terms.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -34,12 +35,8 @@ constexpr double kUnsignedBetter = 0.9;
 /// Rated speeds of rolling guideways end at 10 m/s, those of air bearings and plain guideways below.
 constexpr double kFastestGuideway_mps = 20.0;
 
-/// The force as inertia, viscous and Coulomb friction, a spring that may stiffen and a constant: the declared
-/// mass times acceleration (or the acceleration, where none is declared), v, sign(v), x, x^2, x^3, 1. In a
-/// motion to and fro what a straight spring leaves of a bent one is an inertia of either sign.
-constexpr int kTerms = 7;
+constexpr int kTerms = MotionTerms::kCount;
 constexpr Eigen::Index kLeastRows = Eigen::Index{4} * kTerms;
-enum : int { kInertia, kViscous, kCoulomb, kSpring, kSquare, kCube, kConstant };
 using Vector = Eigen::Matrix<double, kTerms, 1>;
 using Matrix = Eigen::Matrix<double, kTerms, kTerms>;
 
@@ -66,38 +63,6 @@ struct Sums {
     right += sign * other.right;
     force_squares += sign * other.force_squares;
     return *this;
-  }
-};
-
-std::vector<double> signs_of(const std::vector<double>& values) {
-  std::vector<double> signs(values.size());
-  std::transform(values.begin(), values.end(), signs.begin(), [](double v) { return (v > 0.0) - (v < 0.0); });
-  return signs;
-}
-
-/// The motion as the terms have it: at the samples, and at the rows.
-struct MotionTerms {
-  std::vector<double> inertia_N;  ///< by the declared mass of each log, where all logs declare one
-  std::vector<double> direction;  ///< sign of the velocity
-  Eigen::Matrix<double, Eigen::Dynamic, kTerms> at_rows;
-
-  explicit MotionTerms(const Measurement& measurement)
-      : inertia_N(measurement.acceleration_mps2()),
-        direction(signs_of(measurement.velocity_mps())),
-        at_rows(measurement.row_count(), kTerms) {
-    for (const LogPart& part : measurement.parts()) {
-      const double mass_kg = part.mass_kg.value_or(0.0) > 0.0 ? *part.mass_kg : 1.0;
-      for (std::size_t i = part.first_sample; i < part.end_sample(); ++i) inertia_N[i] *= mass_kg;
-    }
-    at_rows.col(kInertia) = measurement.filtered(inertia_N);
-    at_rows.col(kViscous) = measurement.filtered(measurement.velocity_mps());
-    at_rows.col(kCoulomb) = measurement.filtered(direction);
-    at_rows.col(kSpring) = measurement.filtered(measurement.position_m());
-    at_rows.col(kSpring).array() -= at_rows.col(kSpring).mean();
-    at_rows.col(kSpring) /= std::max(at_rows.col(kSpring).cwiseAbs().maxCoeff(), 1e-300);
-    at_rows.col(kSquare) = at_rows.col(kSpring).cwiseAbs2();
-    at_rows.col(kCube) = at_rows.col(kSquare).cwiseProduct(at_rows.col(kSpring));
-    at_rows.col(kConstant).setOnes();
   }
 };
 
@@ -129,24 +94,25 @@ class MotionFit {
   const Vector& solution() const { return solution_; }
   double residual_squares() const { return all_.residual_squares(solution_); }
   Estimate inertia() const {
-    return jackknife([](const Sums&, const Vector& x) { return x(kInertia); });
+    return jackknife([](const Sums&, const Vector& x) { return x(MotionTerms::kInertia); });
   }
   /// Work of viscous and Coulomb friction over the rows.
   Estimate dissipation() const {
     return jackknife([](const Sums& sums, const Vector& x) {
-      return x(kViscous) * sums.normal(kViscous, kViscous) + x(kCoulomb) * sums.normal(kViscous, kCoulomb);
+      return x(MotionTerms::kViscous) * sums.normal(MotionTerms::kViscous, MotionTerms::kViscous) +
+             x(MotionTerms::kCoulomb) * sums.normal(MotionTerms::kViscous, MotionTerms::kCoulomb);
     });
   }
   /// Residual with the inertia held at the declared one, and the rest fitted.
   double residual_squares_with_inertia(double inertia) const {
     Sums held = all_;
     Vector only = Vector::Zero();
-    only(kInertia) = inertia;
+    only(MotionTerms::kInertia) = inertia;
     held.force_squares = all_.residual_squares(only);
     held.right -= all_.normal * only;
-    held.right(kInertia) = 0.0;
-    held.normal.row(kInertia).setZero();
-    held.normal.col(kInertia).setZero();
+    held.right(MotionTerms::kInertia) = 0.0;
+    held.normal.row(MotionTerms::kInertia).setZero();
+    held.normal.col(MotionTerms::kInertia).setZero();
     return held.residual_squares(held.solution());
   }
 
@@ -192,7 +158,7 @@ std::optional<InputWarning> unsigned_force(const Measurement& measurement, const
       for (std::size_t i = 0; i < signed_N.size(); ++i) signed_N[i] = signs[i] * force_N[i];
       const MotionFit fit(measurement, terms, measurement.filtered(signed_N));
       if (fit.residual_squares() < kUnsignedBetter * kUnsignedBetter * as_recorded.residual_squares() &&
-          fit.solution()(kInertia) > 0.0) {
+          fit.solution()(MotionTerms::kInertia) > 0.0) {
         return InputWarning{
             "force_unsigned",
             fmt::format(
@@ -202,9 +168,9 @@ std::optional<InputWarning> unsigned_force(const Measurement& measurement, const
       }
       const Vector& x = fit.solution();
       for (std::size_t i = 0; i < signs.size(); ++i) {
-        const double modelled_N = x(kInertia) * terms.inertia_N[i] +
-                                  x(kViscous) * measurement.velocity_mps()[i] +
-                                  x(kCoulomb) * terms.direction[i];
+        const double modelled_N = x(MotionTerms::kInertia) * terms.inertia_N[i] +
+                                  x(MotionTerms::kViscous) * measurement.velocity_mps()[i] +
+                                  x(MotionTerms::kCoulomb) * terms.direction[i];
         signs[i] = modelled_N < 0.0 ? -1.0 : 1.0;
       }
     }
@@ -280,8 +246,8 @@ std::optional<InputWarning> wrong_sign(const MotionFit& fit) {
                                                           : "accelerates the axis against itself")};
 }
 
-std::optional<InputWarning> apart_clocks(const Measurement& measurement) {
-  const auto apart = clock_difference(measurement);
+std::optional<InputWarning> apart_clocks(const Measurement& measurement, const MotionTerms& terms) {
+  const auto apart = clock_difference(measurement, terms);
   if (!apart) return {};
   return InputWarning{
       "clocks",
@@ -331,7 +297,7 @@ std::vector<InputWarning> input_warnings(const Measurement& measurement) {
     return warning.has_value();
   };
   // A force that is read at another time than the motion may look like one of the wrong sign.
-  if (add(apart_clocks(measurement))) return warnings;
+  if (add(apart_clocks(measurement, terms))) return warnings;
   if (!add(unsigned_force(measurement, terms, fit))) add(wrong_sign(fit));
   if (!add(wrong_units(measurement, fit))) add(impossible_speed(measurement));
   add(other_reference(measurement.log()));

@@ -91,9 +91,10 @@ json diagnosis_page(const DiagnosisRequest& request, const Measurement& measurem
   const json& found = result.json;
   const EffectName name = [&](const std::string& id) { return in_sentence(title_of(found, id)); };
   const bool missing = diagnosis.verdict == Verdict::missing_effect;
-  const FittedModel& shown = !missing           ? diagnosis.baseline
-                             : request.stepwise ? diagnosis.explained
-                                                : diagnosis.best;
+  const bool first_only = missing && !request.stepwise;
+  const FittedModel& shown = !missing     ? diagnosis.baseline
+                             : first_only ? diagnosis.best
+                                          : diagnosis.explained;
   const Headline headline = headline_of(found, name);
   json page = report_base(request.command_line, request.log, "diagnose");
   page["verdict"] = {{"kind", found["verdict"]},
@@ -106,7 +107,8 @@ json diagnosis_page(const DiagnosisRequest& request, const Measurement& measurem
   }
   for (const char* key : {"baseline_effects", "candidates", "steps", "unexplained"}) page[key] = found[key];
   page["criterion_note"] = sentence(criterion_note());
-  page["parameters"] = parameters_json(with_standard_errors(measurement, shown).terms);
+  page["parameters"] =
+      first_only ? parameters_json(with_standard_errors(measurement, shown).terms) : found["parameters"];
   add_friction_each_way(page, shown);
   const ForceRows before = rows_of(diagnosis.baseline);
   const ForceRows after = rows_of(shown);
