@@ -94,7 +94,7 @@ class Contract(program.Workshop):
 
     def check_candidate(self, candidate, result, known):
         self.assert_keys(candidate, CANDIDATE)
-        self.assertIn(candidate["refusal"], ("", "at_floor", "implausible", "too_small"))
+        self.assertIn(candidate["refusal"], ("", "at_floor", "implausible", "too_small", "superfluous"))
         self.assertGreaterEqual(candidate["error_reduction_se"], 0.0)
         before = result["baseline"]["holdout_rmse_N"]
         self.assertAlmostEqual(candidate["error_reduction"], 1.0 - candidate["holdout_rmse_N"] / before, places=9)

@@ -10,6 +10,9 @@ namespace slipstack::workbench {
 // The text without spaces and tabs at both ends.
 std::string_view trimmed(std::string_view text);
 
+// The text with the capitals of ASCII as small letters.
+std::string lower_case(std::string_view text);
+
 // A copy that is safe in a terminal, a report and JSON: control characters become blanks, bytes that are not
 // UTF-8 become '?'. With `limit` > 0, cut after that many bytes and closed with "...".
 std::string printable(std::string_view text, std::size_t limit = 0);

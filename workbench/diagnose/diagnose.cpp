@@ -71,6 +71,8 @@ const char* name_of(Refusal refusal) {
       return "implausible";
     case Refusal::too_small:
       return "too_small";
+    case Refusal::superfluous:
+      return "superfluous";
   }
   return "";
 }

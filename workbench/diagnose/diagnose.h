@@ -23,6 +23,7 @@ enum class Refusal : std::uint8_t {
   at_floor,     ///< without it the error is already that of the noise floor, within its uncertainty
   implausible,  ///< as fitted it is no such effect (evidence/plausibility.h)
   too_small,    ///< no larger than kTooSmall
+  superfluous,  ///< no step beside what was chosen, or not determined by the log
 };
 /// For the JSON; empty where there is none.
 const char* name_of(Refusal refusal);

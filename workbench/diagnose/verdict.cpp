@@ -215,7 +215,7 @@ bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis
     }
     const bool of_motion = one.coordinate == Coordinate::position || one.coordinate == Coordinate::velocity ||
                            one.coordinate == Coordinate::acceleration;
-    const bool of_moments = one.coordinate == Coordinate::time;
+    const bool of_moments = one.coordinate == Coordinate::time && one.only_where;
     if (!(of_motion || of_moments) || one.error_reduction <= cause.error_reduction) continue;
     cause = std::move(one);
     return true;
@@ -277,6 +277,14 @@ void judge_input(const Measurement& measurement, Diagnosis& diagnosis) {
   diagnosis.verdict = Verdict::unexplained;
 }
 
+/// Why a candidate that the log supports is no step.
+Refusal refusal_of(const Measurement& measurement, const Diagnosis& diagnosis, const Candidate& candidate) {
+  if (!above_floor(measurement, diagnosis)) return Refusal::at_floor;
+  if (is_implausible_alone(measurement, diagnosis.baseline, candidate)) return Refusal::implausible;
+  return is_too_small_alone(measurement, diagnosis.baseline, candidate) ? Refusal::too_small
+                                                                        : Refusal::superfluous;
+}
+
 }  // namespace
 
 void judge(const Measurement& measurement, Diagnosis& diagnosis) {
@@ -302,9 +310,7 @@ void note_refusal(const Measurement& measurement, Diagnosis& diagnosis) {
   const Candidate* const best = best_supported(diagnosis.candidates, is_step);
   if (best == nullptr) return;
   diagnosis.candidates[static_cast<std::size_t>(best - diagnosis.candidates.data())].refusal =
-      !above_floor(measurement, diagnosis)                           ? Refusal::at_floor
-      : is_implausible_alone(measurement, diagnosis.baseline, *best) ? Refusal::implausible
-                                                                     : Refusal::too_small;
+      refusal_of(measurement, diagnosis, *best);
 }
 
 }  // namespace slipstack::workbench

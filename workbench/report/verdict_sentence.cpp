@@ -46,6 +46,8 @@ std::string why_not_named(const json& candidate, double floor_N) {
     }
     return text + ".";
   }
+  if (candidate["refusal"] == name_of(Refusal::superfluous))
+    return "it adds nothing to what was chosen, or the log does not determine it.";
   const bool implausible = candidate["refusal"] == name_of(Refusal::implausible);
   return fmt::format("as fitted ({}) it is {}.", candidate["evidence"].get<std::string>(),
                      implausible ? "not plausible" : fmt::format("no larger than {}", kTooSmall));

@@ -12,6 +12,7 @@
 
 #include "firmware/effects/force_ripple.h"
 #include "firmware/effects/offset_force.h"
+#include "firmware/effects/payload_mass.h"
 #include "workbench/diagnose/alternatives/gap.h"
 #include "workbench/diagnose/alternatives/load_reversals.h"
 #include "workbench/estimate/terms/search_ranges.h"
@@ -314,7 +315,8 @@ const std::array<EffectDescription, 11>& all_causes() {
           "after_load_reversals",
           {{"blow", "N", -kUnbounded, kUnbounded, kKnotsAfterReversal, Acts::force, /*smooth=*/true},
            {"lost_load", "N", -kUnbounded, kUnbounded, kKnotsAfterReversal, Acts::force, /*smooth=*/true}},
-          {found("window", "s"), found("deceleration", "m/s2"), found("slip_distance", "m")}),
+          {found("window", "s"), found("deceleration", "m/s2"), found("slip_distance", "m")},
+          {.id = PayloadMass<double>::text.id}),
       cause<PitchBasis>("second_ripple", {{"cosine_and_sine", "N", -kUnbounded, kUnbounded, 4, Acts::force}},
                         {searched_pitch()}),
       cause<PitchBasis>("friction_ripple", {{"cosine_and_sine", "", -0.9f, 0.9f, 4, Acts::dry_scale}},

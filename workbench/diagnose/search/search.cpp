@@ -132,10 +132,10 @@ void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Fo
 }
 
 /// The trials of effects that are special cases of those of the explanation.
-std::vector<Trial> special_cases(const Found& found) {
+std::vector<Trial> special_cases(const Found& found, const Explanation& explanation) {
   std::vector<Trial> special;
-  for (const std::string& id : found.best.added) {
-    const SpecialCase& simpler = find_term(found.best.model.terms, id)->effect->traits.special_case;
+  for (const std::string& id : explanation.added) {
+    const SpecialCase& simpler = find_term(explanation.model.terms, id)->effect->traits.special_case;
     if (const Trial* const alone = find_trial(found.alone, simpler.id)) special.push_back(*alone);
   }
   return special;
@@ -164,21 +164,41 @@ void add_steps_of(const SelectionContext& context, Terms terms, Explanation& exp
   }
 }
 
-/// The effects that were chosen beside causes and are not in `found.best`, and the special cases of them and
-/// of the causes: a curve over time has an offset in it.
-Terms lost_beside_causes(const Found& found, const Terms& joint) {
+/// The effects that were chosen beside causes and are not in the explanation, and the special cases of them;
+/// of causes too where that is wanted: a curve over time has an offset in it.
+Terms lost_beside_causes(const Found& found, const Terms& joint, bool of_causes,
+                         const Explanation& explanation) {
   Terms lost;
   const auto add = [&](const Term& term) {
-    if (!contains(found.best.model.terms, term.effect->text.id) && !contains(lost, term.effect->text.id))
+    if (!contains(explanation.model.terms, term.effect->text.id) && !contains(lost, term.effect->text.id))
       lost.push_back(term);
   };
   for (const std::string& id : found.outside.beside) add(*find_term(joint, id));
   for (const Term& term : joint) {
     if (contains(found.context.baseline.terms, term.effect->text.id)) continue;
+    if (!of_causes && is_outside_catalogue(*term.effect)) continue;
     const Trial* const special = find_trial(found.alone, term.effect->traits.special_case.id);
     if (special != nullptr) add(special->term);
   }
   return lost;
+}
+
+/// Of the effects that were chosen beside causes those that are steps without them too, or their special case
+/// where that suffices.
+Explanation without_causes(const Found& found, const FittedModel& joint, bool with_their_special_cases) {
+  Terms effects = joint.terms;
+  std::erase_if(effects, [](const Term& term) { return is_outside_catalogue(*term.effect); });
+  Explanation best{found.outside.beside.empty()
+                       ? found.context.baseline
+                       : fit_gains(found.context.measurement, std::move(effects), &joint),
+                   found.outside.beside};
+  drop_superfluous(found.context, best);
+  // Of two that imitate each other without the causes, the better may be implausible and both be dropped.
+  add_steps_of(found.context, lost_beside_causes(found, joint.terms, with_their_special_cases, best), best);
+  drop_coulomb_of_hysteresis(found.context, best);
+  drop_undetermined(found.context, best);
+  exchange_effects(found.context, special_cases(found, best), {}, best);
+  return best;
 }
 
 /// Whether causes are what the log shows, and the effects only imitate them: alone they leave less than the
@@ -193,9 +213,8 @@ bool causes_explain_most(const SelectionContext& context, const FittedModel& cau
   return causes_alone.holdout_rmse_N < effects_N && !only_the_rest;
 }
 
-/// Takes what is outside the catalogue from the results: no controller has it. Of the effects that were
-/// chosen beside it those remain that are steps without it too, or their special case where that suffices:
-/// they are reported without it.
+/// Takes what is outside the catalogue from the results: no controller has it. What was chosen beside it is
+/// reported without it.
 void set_causes_apart(Found& found) {
   const Measurement& measurement = found.context.measurement;
   const auto is_cause = [](const Term& term) { return is_outside_catalogue(*term.effect); };
@@ -205,23 +224,24 @@ void set_causes_apart(Found& found) {
   std::erase_if(causes, [&](const Term& term) { return !is_cause(term); });
   if (causes.empty()) return;
   const FittedModel joint = std::move(found.best.model);
-  Terms effects = joint.terms;
-  std::erase_if(effects, is_cause);
+  std::vector<std::string>& beside = found.outside.beside;
+  beside = std::move(found.best.added);
   Terms without_effects = found.context.baseline.terms;
   for (const Term& cause : causes) {
     without_effects.push_back(cause);
-    std::erase(found.best.added, cause.id());
+    std::erase(beside, cause.id());
   }
-  std::vector<std::string>& beside = found.outside.beside;
-  beside = found.best.added;
-  found.best.model =
-      found.best.added.empty() ? found.context.baseline : fit_gains(measurement, std::move(effects), &joint);
-  drop_superfluous(found.context, found.best);
-  // Of two that imitate each other without the causes, the better may be implausible and both be dropped.
-  add_steps_of(found.context, lost_beside_causes(found, joint.terms), found.best);
-  drop_coulomb_of_hysteresis(found.context, found.best);
-  drop_undetermined(found.context, found.best);
-  exchange_effects(found.context, special_cases(found), {}, found.best);
+  const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
+  for (const bool with_their_special_cases : {true, false}) {
+    found.best = without_causes(found, joint, with_their_special_cases);
+    // Friction of another form is no other explanation of an effect: it takes the place of the hysteresis.
+    Terms beside_friction = found.best.model.terms;
+    std::copy_if(causes.begin(), causes.end(), std::back_inserter(beside_friction),
+                 [](const Term& cause) { return cause.effect->acts_as(Acts::dry); });
+    const FittedModel effects_alone = fit_gains(measurement, std::move(beside_friction), &joint);
+    found.outside.explain_most = causes_explain_most(found.context, causes_alone, effects_alone, joint);
+    if (!found.outside.explain_most) break;
+  }
   std::erase_if(beside, [&](const std::string& id) { return contains(found.best.model.terms, id); });
   for (const Term& cause : causes) {
     const FittedModel others = fit_gains(measurement, without(joint.terms, cause.id()), &joint);
@@ -229,13 +249,6 @@ void set_causes_apart(Found& found) {
   }
   std::sort(found.outside.causes.begin(), found.outside.causes.end(),
             [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
-  // Friction of another form is no other explanation of an effect: it takes the place of the hysteresis.
-  Terms beside_friction = found.best.model.terms;
-  std::copy_if(causes.begin(), causes.end(), std::back_inserter(beside_friction),
-               [](const Term& cause) { return cause.effect->acts_as(Acts::dry); });
-  const FittedModel effects_alone = fit_gains(measurement, std::move(beside_friction), &joint);
-  const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
-  found.outside.explain_most = causes_explain_most(found.context, causes_alone, effects_alone, joint);
 }
 
 /// Whether `more` has the effects of `best`, in any order, and one behind them.

@@ -64,7 +64,17 @@ constexpr std::array<std::string_view, 20> kOtherUnits{
     "g",      "mg",     "t",    "lb",     "kg",    "m",        "cm",       "nm",    "in",        "inch",
     "arcmin", "counts", "kg_m", "kg_cm2", "per_A", "mN_per_A", "N_per_mA", "g_cm2", "lbf_per_A", "mrad"};
 
-// Otherwise a key such as magnet_pitch_mm would be kept as a remark and its value silently ignored.
+// Otherwise a key such as Mass_kg would be kept as a remark and its value silently ignored.
+void refuse_other_letters(const RawTable& table, const std::string& key, const RawTable::HeaderEntry& entry) {
+  const std::string lower = lower_case(key);
+  for (const KnownKey& known : kKnownKeys) {
+    if (key == known.name || lower != lower_case(known.name)) continue;
+    throw InputError(table.where_line(entry.line) + ": header key " + in_quotes(key) +
+                     " has other capitals; write " + std::string(known.name));
+  }
+}
+
+// The same for a key such as magnet_pitch_in.
 void refuse_other_unit(const RawTable& table, const std::string& key, const RawTable::HeaderEntry& entry) {
   const auto is_known = [&](const KnownKey& known) { return key == known.name; };
   if (std::any_of(kKnownKeys.begin(), kKnownKeys.end(), is_known)) return;
@@ -116,7 +126,10 @@ bool is_second_choice(const RawTable& table, const std::string& key, const std::
 
 HeaderValues read_header_values(const RawTable& table) {
   HeaderValues values;
-  for (const auto& [key, entry] : table.header) refuse_other_unit(table, key, entry);
+  for (const auto& [key, entry] : table.header) {
+    refuse_other_letters(table, key, entry);
+    refuse_other_unit(table, key, entry);
+  }
   for (const KnownKey& known : kKnownKeys) {
     const auto entry = table.header.find(std::string(known.name));
     if (entry == table.header.end()) continue;

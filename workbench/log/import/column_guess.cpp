@@ -15,13 +15,6 @@
 namespace slipstack::workbench {
 namespace {
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  std::transform(out.begin(), out.end(), out.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return out;
-}
-
 struct UnitTarget {
   const char* unit;
   const char* target;
@@ -69,7 +62,7 @@ constexpr std::array kTemperatures{UnitTarget{"°c", "temperature_C", 1.0},
 /// Whole words of a name, and units that may stand at its end without brackets.
 std::vector<std::string> words_of(const std::string& name) {
   std::vector<std::string> words(1);
-  for (const char c : lower(name)) {
+  for (const char c : lower_case(name)) {
     if (std::isalnum(static_cast<unsigned char>(c)) != 0 || (static_cast<unsigned char>(c) & 0x80U) != 0) {
       words.back() += c;
     } else if (!words.back().empty()) {
@@ -122,7 +115,7 @@ std::optional<ImportColumn> by_unit(const std::array<UnitTarget, N>& units, cons
   // Mega, not milli, or a program that writes in capitals: 10^9 apart, so it is asked for.
   if (unit.starts_with("MN") || unit.starts_with("MA")) return {};
   for (const UnitTarget& one : units) {
-    if (lower(unit) == one.unit) return ImportColumn{"", one.target, one.factor, false};
+    if (lower_case(unit) == one.unit) return ImportColumn{"", one.target, one.factor, false};
   }
   return {};
 }
