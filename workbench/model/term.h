@@ -26,6 +26,7 @@ struct Term {
   std::vector<double> shape_standard_errors;
   /// Of the level of a hysteresis, one for each set of gains [N].
   std::vector<double> level_standard_errors;
+  double lag_standard_error_s = 0.0;  ///< of delay and filter together
 
   std::string id() const { return effect->id(); }
   /// Value of the first shape of this kind.

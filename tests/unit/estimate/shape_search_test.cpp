@@ -147,6 +147,7 @@ TEST(ShapeSearch, KeepsAPureDelay) {
     const Term lag = lag_found({2e-3, 0.0}, 0.05, seed);
     EXPECT_EQ(lag.shapes[1], 0.0);
     EXPECT_EQ(lag.shape_standard_errors[1], 0.0);
+    EXPECT_NEAR(lag.lag_standard_error_s, lag.shape_standard_errors[0], 1e-3 * lag.shape_standard_errors[0]);
     EXPECT_NEAR(lag.shapes[0], 2e-3, 5.0 * lag.shape_standard_errors[0]);
   }
 }
@@ -169,7 +170,11 @@ TEST(ShapeSearch, SeparatesALowPassFromADelay) {
       EXPECT_GT(found.shape_standard_errors[1], 0.0);
       EXPECT_NEAR(found.shapes[1], lag.filter_s, 4.0 * found.shape_standard_errors[1] + kRamp_s);
       EXPECT_NEAR(found.shapes[0], lag.delay_s, 4.0 * found.shape_standard_errors[0] + kRamp_s);
-      EXPECT_NEAR(found.shapes[0] + found.shapes[1], lag.total_s(), 2e-4);
+      EXPECT_NEAR(found.shapes[0] + found.shapes[1], lag.total_s(),
+                  4.0 * found.lag_standard_error_s + kRamp_s);
+      // One takes the place of the other, so that their sum is better known than either.
+      EXPECT_GT(found.lag_standard_error_s, 0.0);
+      EXPECT_LT(found.lag_standard_error_s, 0.5 * found.shape_standard_errors[0]);
       EXPECT_LT(found.shape_standard_errors[1], 0.25 * lag.filter_s);
     }
   }

@@ -13,7 +13,9 @@
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/evidence/bounds.h"
+#include "workbench/diagnose/evidence/contains_zero.h"
 #include "workbench/diagnose/evidence/plausibility.h"
+#include "workbench/estimate/linear/linearisation.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/uncertainty/friction_each_way.h"
 #include "workbench/model/effect_adapters/shape_parameter.h"
@@ -124,6 +126,18 @@ constexpr std::string_view kWithConstantText =
     ", and with the constant force it takes {with_constant_forward} forward and {with_constant_backward} "
     "backward";
 
+/// How a delay and a low pass are told of which the log determines the sum only, whatever their own text
+/// says.
+constexpr std::string_view kLag = "lag";
+constexpr std::string_view kLagText =
+    "force and motion are {lag} apart in time by delay and low pass together (positive: the force comes "
+    "later); which of both it is, the log does not determine";
+
+bool is_lag_of_either_kind(const Term& term) {
+  return term.effect->has_role(Role::measurement_delay) && each_shape_contains_zero(term) &&
+         !lag_contains_zero(term);
+}
+
 /// How a mass below the declared one is told, whatever the text of the effect says.
 std::string lighter_text(const Term& added_mass) {
   return fmt::format(
@@ -163,6 +177,8 @@ std::string value_of(const Term& term, const Derived& derived, std::string_view 
       return with_interval({derived.each_way.*known.member, derived.each_way_error.*known.member},
                            known.unit);
   }
+  if (name == kLag)
+    return with_interval({measurement_dynamics_of({term}).total_s(), term.lag_standard_error_s}, "s");
   if (name == kForceInMiddle) return with_interval(force_in_middle(term, derived.without), "N");
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
     if (name == term.effect->shapes[i].name) return shape_with_interval(term, i);
@@ -225,9 +241,10 @@ std::string fill_in(const Term& fitted, const Terms& model, const Derived& deriv
   const bool lighter =
       fitted.effect->has_role(Role::added_mass) &&
       std::all_of(fitted.gains.begin(), fitted.gains.end(), [](double kg) { return kg < 0.0; });
-  std::string pattern = differs   ? std::string(kEachWayText)
-                        : lighter ? lighter_text(fitted)
-                                  : std::string(fitted.effect->text.evidence);
+  std::string pattern = differs                         ? std::string(kEachWayText)
+                        : lighter                       ? lighter_text(fitted)
+                        : is_lag_of_either_kind(fitted) ? std::string(kLagText)
+                                                        : std::string(fitted.effect->text.evidence);
   if (differs && has_role(model, Role::constant_force)) pattern += kWithConstantText;
   std::size_t at = 0;
   std::size_t described = 0;  // end of the last value that was inserted

@@ -9,6 +9,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/alternatives/causes.h"
+#include "workbench/diagnose/evidence/contains_zero.h"
 #include "workbench/diagnose/evidence/implausible_causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
@@ -114,11 +115,6 @@ bool drop_no_step(const SelectionContext& context, Explanation& explanation) {
   return true;
 }
 
-/// Whether a value is within two standard errors of zero.
-bool contains_zero(double value, double standard_error) {
-  return std::abs(value) <= 2.0 * standard_error;
-}
-
 /// Whether the friction forward and backward, which is what the term is named for, is the same: its halves
 /// differ by less than two standard errors, or than what a hysteresis of another form leaves. Gains that
 /// cancel in steady motion are a form of the friction near reversals.
@@ -141,18 +137,13 @@ bool is_equal_each_way(const Measurement& measurement, const FittedModel& model,
 }
 
 /// Whether the log determines nothing of the term: its one gain is within two standard errors of zero, or the
-/// times of a delay are; or each of several gains is, and a shape is anything, its standard error above its
-/// value. Of several gains each may be within two where together they are not. What a map is, no single gain
-/// tells.
+/// times of a delay are, each and together; or each of several gains is, and a shape is anything, its
+/// standard error above its value. Of several gains each may be within two where together they are not. What
+/// a map is, no single gain tells.
 bool is_undetermined(const Measurement& measurement, const FittedModel& model, const Term& term) {
   if (directional_term(model.terms) == &term) return is_equal_each_way(measurement, model, term);
   if (term.effect->has_shape(ShapeKind::travel)) return false;
-  if (term.gains.empty()) {
-    for (std::size_t i = 0; i < term.shapes.size(); ++i) {
-      if (!contains_zero(term.shapes[i], term.shape_standard_error(i))) return false;
-    }
-    return true;
-  }
+  if (term.gains.empty()) return each_shape_contains_zero(term) && lag_contains_zero(term);
   for (std::size_t i = 0; i < term.gains.size(); ++i) {
     if (!contains_zero(term.gains[i], term.gain_standard_error(i))) return false;
   }

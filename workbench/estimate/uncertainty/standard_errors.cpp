@@ -16,12 +16,12 @@ namespace {
 /// hysteresis are repeated too, in every block alike.
 Eigen::VectorXd quantisation_variance(const Measurement& measurement, const FittedModel& fitted,
                                       const Tangent& tangent, const NormalEquations& equations,
-                                      const BoundedSolution& solution, const Eigen::MatrixXd& levels) {
+                                      const BoundedSolution& solution, const Eigen::MatrixXd& sums) {
   if (measurement.encoder_resolution_m() <= 0.0)
-    return Eigen::VectorXd::Zero(tangent.columns.cols() + levels.cols());
+    return Eigen::VectorXd::Zero(tangent.columns.cols() + sums.cols());
   const ForceChanges changes_N = changes_by_quantisation_N(measurement, {&fitted.terms}, 0).front();
   return equations.recurring_variance(measurement, tangent.columns, changes_N, solution, tangent.constraints,
-                                      levels);
+                                      sums);
 }
 
 /// Change of each unknown where the shapes that ended at a bound of their search are let go, as far as the
@@ -55,25 +55,34 @@ Eigen::VectorXd change_by_bounds(const Measurement& measurement, const FittedMod
          equations.fit(tangent.constraints, solution.bound_states).value;
 }
 
-/// The level of each hysteresis and set of gains as a sum of unknowns, one in each column.
-Eigen::MatrixXd levels_of(const Terms& terms, Eigen::Index unknowns) {
-  std::vector<Eigen::VectorXd> levels;
+/// What is told of sums of unknowns, one in each column: the level of each hysteresis and set of gains, then
+/// the lag of the force, by delay and filter together, if the model has one.
+Eigen::MatrixXd sums_of(const Terms& terms, const Tangent& tangent) {
+  const Eigen::Index unknowns = tangent.columns.cols();
+  std::vector<Eigen::VectorXd> sums;
   Eigen::Index next = 0;
   for (const Term& term : terms) {
     const auto count = static_cast<Eigen::Index>(term.gains_per_set());
     for (std::size_t set = 0; !term.gains.empty() && set < term.gain_sets(); ++set, next += count) {
       if (!term.effect->has_role(Role::hysteresis)) continue;
-      levels.emplace_back(Eigen::VectorXd::Zero(unknowns));
+      sums.emplace_back(Eigen::VectorXd::Zero(unknowns));
       for (Eigen::Index i = 0; i < count; ++i)
-        levels.back()(next + i) = term.shapes[static_cast<std::size_t>(i)];
+        sums.back()(next + i) = term.shapes[static_cast<std::size_t>(i)];
     }
   }
-  Eigen::MatrixXd columns(unknowns, static_cast<Eigen::Index>(levels.size()));
-  for (std::size_t i = 0; i < levels.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = levels[i];
+  if (has_role(terms, Role::measurement_delay)) {
+    sums.emplace_back(Eigen::VectorXd::Zero(unknowns));
+    for (std::size_t i = 0; i < tangent.shapes.size(); ++i) {
+      if (terms[tangent.shapes[i].term].effect->has_role(Role::measurement_delay))
+        sums.back()(tangent.column_of(i)) = 1.0;
+    }
+  }
+  Eigen::MatrixXd columns(unknowns, static_cast<Eigen::Index>(sums.size()));
+  for (std::size_t i = 0; i < sums.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = sums[i];
   return columns;
 }
 
-/// Hands the errors of the unknowns and, after them, of the levels to the terms.
+/// Hands the errors of the unknowns and, after them, of the sums to the terms.
 void take_errors(const Eigen::VectorXd& errors, const Tangent& tangent, Terms& terms) {
   const double* next = errors.data();
   for (Term& term : terms) {
@@ -88,6 +97,9 @@ void take_errors(const Eigen::VectorXd& errors, const Tangent& tangent, Terms& t
     if (!term.effect->has_role(Role::hysteresis)) continue;
     term.level_standard_errors.assign(next, next + term.gain_sets());
     next += term.gain_sets();
+  }
+  for (Term& term : terms) {
+    if (term.effect->has_role(Role::measurement_delay)) term.lag_standard_error_s = *next++;
   }
 }
 
@@ -118,16 +130,16 @@ FittedModel with_standard_errors(const Measurement& measurement, FittedModel fit
     tangent.constraints.lower(column) = shape.lower - value;
     tangent.constraints.upper(column) = shape.upper - value;
   }
-  const Eigen::MatrixXd levels = levels_of(fitted.terms, count);
-  Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints, levels);
-  Eigen::VectorXd unseen = quantisation_variance(measurement, fitted, tangent, equations, solution, levels);
+  const Eigen::MatrixXd sums = sums_of(fitted.terms, tangent);
+  Eigen::VectorXd errors = equations.standard_errors(solution, tangent.constraints, sums);
+  Eigen::VectorXd unseen = quantisation_variance(measurement, fitted, tangent, equations, solution, sums);
   const auto add_square = [&](const Eigen::VectorXd& change) {
     unseen.head(count) += change.cwiseAbs2();
-    unseen.tail(levels.cols()) += (levels.transpose() * change).cwiseAbs2();
+    unseen.tail(sums.cols()) += (sums.transpose() * change).cwiseAbs2();
   };
   add_square(beside);
   add_square(change_by_bounds(measurement, fitted, tangent, equations, solution));
-  unseen += squared_bias_by_control(measurement, fitted, tangent, solution, levels);
+  unseen += squared_bias_by_control(measurement, fitted, tangent, solution, sums);
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
     if (errors(i) > 0.0) errors(i) = std::hypot(errors(i), std::sqrt(unseen(i)));
   }
