@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/unit/draw.h"
+#include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/base/axis_units.h"
 
@@ -153,6 +155,41 @@ TEST(Plausibility, SpoiledLogsAreRecognisedAndOthersAreNot) {
     const double share = static_cast<double>(right[fault.name]) / logs;
     std::cout << fault.name << ": " << right[fault.name] << " of " << logs << "\n";
     EXPECT_GE(share, fault.least) << fault.name;
+  }
+}
+
+/// The force of a bristle (Dahl 1968) of 20 N that has its slope over `length_m`, along a motion.
+std::vector<double> bristle_N(const std::vector<double>& position_m, double length_m) {
+  constexpr double kLevel_N = 20.0;
+  std::vector<double> force_N(position_m.size(), 0.0);
+  for (std::size_t i = 1; i < position_m.size(); ++i) {
+    const double step_m = position_m[i] - position_m[i - 1];
+    force_N[i] = force_N[i - 1] + (kLevel_N * step_m - force_N[i - 1] * std::abs(step_m)) / length_m;
+  }
+  return force_N;
+}
+
+// Before it slides an axis is a spring, which in a motion to and fro is an inertia below zero, and follows
+// the motion at any lag where the motion repeats.
+TEST(Plausibility, AnAxisThatHardlySlidesHasNoWrongSignAndOneClock) {
+  for (const double frequency_Hz : {0.15, 0.3, 1.0}) {
+    for (const double ratio : {2.7, 3.0}) {
+      for (const double length_m : {3e-6, 10e-6, 30e-6}) {
+        for (const double amplitude_m : {2e-6, 5e-6, 25e-6}) {
+          const double per_s = 2.0 * std::numbers::pi * frequency_Hz;
+          const auto position_m = [&](double t) {
+            return amplitude_m * (std::sin(per_s * t) + 0.5 * std::sin(ratio * per_s * t));
+          };
+          Log log = test::log_of(2000.0, 40'000, position_m, [](double) { return 0.0; });
+          log.mass_kg = 8.0;
+          log.force_N = bristle_N(log.position_m, length_m);
+          test::Draw draw(7);
+          for (double& force_N : log.force_N) force_N += 0.1 * draw.normal();
+          EXPECT_EQ(kinds_in(log), "")
+              << frequency_Hz << " " << ratio << " " << length_m << " " << amplitude_m;
+        }
+      }
+    }
   }
 }
 

@@ -53,6 +53,7 @@ ClockColumns columns_of(const Measurement& measurement, const MotionTerms& terms
 struct FitAtLag {
   double left = 0.0;     ///< of the mean square of the force: unexplained
   double inertia = 0.0;  ///< of its rms: that of the inertia; negative where the mass is
+  double mass = 0.0;     ///< of the declared mass; of 1 kg where a log declares none
 };
 
 /// Fits of the force by the motion at one lag after another, always at the same rows.
@@ -71,6 +72,7 @@ class FitByLag {
       }
     }
     inertia_squares_ = normal(MotionTerms::kInertia, MotionTerms::kInertia);
+    largest_inertia_N_ = terms.at_rows.col(MotionTerms::kInertia).cwiseAbs().maxCoeff();
     normal.diagonal().array() += 1e-9 * static_cast<double>(rows_.size());  // a log may not excite all terms
     normal_.compute(normal);
   }
@@ -86,7 +88,8 @@ class FitByLag {
     }
     const ClockVector gains = normal_.solve(right);
     return {std::max(0.0, 1.0 - right.dot(gains) / squares_N2),
-            gains(MotionTerms::kInertia) * std::sqrt(inertia_squares_ / squares_N2)};
+            gains(MotionTerms::kInertia) * std::sqrt(inertia_squares_ / squares_N2),
+            gains(MotionTerms::kInertia) / std::max(largest_inertia_N_, 1e-300)};
   }
 
  private:
@@ -94,6 +97,7 @@ class FitByLag {
   Eigen::VectorXd force_N_;
   std::vector<Eigen::Index> rows_;
   double inertia_squares_ = 0.0;
+  double largest_inertia_N_ = 0.0;
   Eigen::LDLT<ClockMatrix> normal_;
 };
 
@@ -107,8 +111,11 @@ std::optional<ClockDifference> clock_difference(const Measurement& measurement, 
   constexpr double kFarBetter = 0.1;
   // A clock shows by the inertia. In slow motion without it a lag imitates what friction of another form does
   // at reversals: a simulated axis that falls from standstill asked for 264 ms at an inertia of 1.6 % of the
-  // force (rms); of the shifted logs it has 70 to 95 %.
+  // force (rms); of the shifted logs it has 70 to 95 %. Much more than all of the force is no inertia but
+  // cancels other terms: in motion of one frequency those fit at any lag.
   constexpr double kMostIsInertia = 0.5;
+  // Of a declared mass either way: drives are sized for loads of up to ten times the inertia of their motor.
+  constexpr double kOwnMass = 10.0;
   const double row_s = 1.0 / measurement.row_rate_Hz();
   const auto most = static_cast<Eigen::Index>(std::ceil(kLongest_s / row_s));
   const FitByLag fit(measurement, terms, most);
@@ -126,7 +133,10 @@ std::optional<ClockDifference> clock_difference(const Measurement& measurement, 
     }
   }
   if (beyond.left >= kFarBetter * within_delay || std::abs(best) == most) return {};
-  if (beyond.inertia < kMostIsInertia) return {};
+  if (beyond.inertia < kMostIsInertia || beyond.inertia * kMostIsInertia > 1.0) return {};
+  const bool declared = std::all_of(measurement.parts().begin(), measurement.parts().end(),
+                                    [](const LogPart& part) { return part.mass_kg.value_or(0.0) > 0.0; });
+  if (declared && (beyond.mass > kOwnMass || beyond.mass * kOwnMass < 1.0)) return {};
   return ClockDifference{static_cast<double>(best) * row_s, row_s};
 }
 

@@ -18,8 +18,8 @@ struct ClockDifference {
 /// The lag at which the force follows from the motion far better than at any lag that the catalogue's delay
 /// can have, within half a second to either side; none where there is no such lag. The force is fitted by the
 /// terms of the motion and stop operators of fixed slip distances: hysteresis lags the motion too, and
-/// without it a shifted force would imitate it. Asked only where most of the force is inertia. Cost: a signal
-/// through the common filter for each stop operator, and rows x lags.
+/// without it a shifted force would imitate it. Asked only where the inertia is between half of the force and
+/// twice of it. Cost: a signal through the common filter for each stop operator, and rows x lags.
 std::optional<ClockDifference> clock_difference(const Measurement& measurement, const MotionTerms& terms);
 
 }  // namespace slipstack::workbench

@@ -71,6 +71,8 @@ struct Estimate {
   double value = 0.0;
   double error = 0.0;
   bool is_positive() const { return value > kCertain * error; }
+  /// Within 95 %: enough to be no witness of the opposite.
+  bool is_likely_positive() const { return value > 2.0 * error; }
   bool is_negative() const { return value < -kCertain * error; }
 };
 
@@ -233,10 +235,12 @@ std::optional<InputWarning> impossible_speed(const Measurement& measurement) {
                                   quantity(fast_mps, "m/s"))};
 }
 
+/// Inertia and friction are both witnesses, and neither counts where the other contradicts: before it slides
+/// an axis is a spring, which in a motion to and fro is an inertia below zero.
 std::optional<InputWarning> wrong_sign(const MotionFit& fit) {
   const Estimate inertia = fit.inertia();
   const Estimate dissipation = fit.dissipation();
-  if (inertia.is_positive() || dissipation.is_positive()) return {};
+  if (inertia.is_likely_positive() || dissipation.is_likely_positive()) return {};
   if (!inertia.is_negative() && !dissipation.is_negative()) return {};
   return InputWarning{
       "force_sign", fmt::format("the {0} {1}: it seems to have the wrong sign; it must be positive towards "
