@@ -17,6 +17,7 @@ namespace slipstack::workbench {
 namespace {
 
 constexpr double kPitch_m = 12e-3;
+constexpr double kShortPitch_m = 1e-3;
 constexpr double kStroke_m = 50e-3;
 constexpr double kSeconds = 24.0;
 constexpr double kCycle_s = 8.0;
@@ -65,11 +66,11 @@ Log log_with_dent(double beyond) {
 }
 
 /// A ripple with its gain fitted to all of the log.
-FittedModel with_ripple(const Measurement& measurement) {
+FittedModel with_ripple(const Measurement& measurement, double pitch_m = kPitch_m) {
   Term inertia = make_term(measurement, *find_effect("inertia"));
   Term offset = make_term(measurement, *find_effect("offset_force"));
   Term ripple = make_term(measurement, *find_effect("force_ripple"));
-  ripple.shapes = {kPitch_m};
+  ripple.shapes = {pitch_m};
   return fit_gains(measurement, {inertia, offset, ripple});
 }
 
@@ -120,6 +121,36 @@ TEST(RippleNotSupported, WhereItIsADentOfOnePlace) {
   for (const double beyond : {1.0, 0.7, 0.0}) {
     const Measurement measurement(log_with_dent(beyond));
     EXPECT_EQ(ripple_not_supported(measurement, with_ripple(measurement), {}), beyond == 0.0) << beyond;
+  }
+}
+
+/// Traverses to and fro that pass a short pitch above the band of the rows, but for their ends; a ripple of
+/// which the share `when_fast` acts there.
+Log log_with_short_pitch(double when_fast) {
+  constexpr double kTraverse_s = 2.0;
+  const auto traverse_m = [](double t) {
+    return 0.5 * kStroke_m * (1.0 - std::cos(std::numbers::pi * t / kTraverse_s));
+  };
+  test::Draw draw(9);
+  return test::log_of(2000.0, 40'000, traverse_m, [&](double t) {
+    const bool fast = std::abs(std::sin(std::numbers::pi * t / kTraverse_s)) > 0.2;
+    const double ripple_N = std::cos(2.0 * std::numbers::pi * traverse_m(t) / kShortPitch_m);
+    return (fast ? when_fast : 1.0) * ripple_N + 0.02 * draw.normal();
+  });
+}
+
+TEST(RippleNotSupported, WhereTheSamplesRefuteIt) {
+  for (const double when_fast : {1.0, 0.8, 0.2, 0.0}) {
+    ConditioningOptions options;
+    options.bandwidth_Hz = 8.0;
+    const Log log = log_with_short_pitch(when_fast);
+    const Measurement measurement(log, options);
+    EXPECT_EQ(ripple_not_supported(measurement, with_ripple(measurement, kShortPitch_m), {}), when_fast < 0.5)
+        << when_fast;
+    // A force that was filtered before it was recorded has lost what is above the band.
+    options.force_cut_Hz = 8.0;
+    const Measurement filtered(log, options);
+    EXPECT_FALSE(ripple_not_supported(filtered, with_ripple(filtered, kShortPitch_m), {})) << when_fast;
   }
 }
 

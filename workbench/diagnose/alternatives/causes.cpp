@@ -132,20 +132,24 @@ std::string load_text(const DescribedCause& cause) {
 /// A step of a shape for its derivative, far below the scale on which the force is curved.
 constexpr double kSmallStep = 1e-2;
 
-std::string place_text(const DescribedCause& cause) {
+/// A place that is known neither within its width nor in its width is none.
+void describe_place(const DescribedCause& cause, Structure& structure) {
   const Term& term = cause.term();
+  const double half_width_m = term.shapes[1];
   const double force_N = std::hypot(term.gains[0], term.gains[1]);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(3, 2);
   sums.col(0).head(2) = Eigen::Vector2d(term.gains[0], term.gains[1]) / std::max(force_N, 1e-300);
   sums(2, 1) = 1.0;
-  const double step_m = kSmallStep * term.shapes[1];
+  const double step_m = kSmallStep * half_width_m;
   const Eigen::VectorXd errors = cause.errors({step_m, step_m}, sums);
-  return fmt::format("a {} sits at one {}, {}, within {} to either side: {}, and the friction is {} there",
-                     force_word(), axis_is_rotary() ? "angle" : "place of the rail",
-                     quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"),
-                     quantity_with_interval(term.shapes[1], 2.0 * errors(1), "m"),
-                     quantity_with_interval(force_N, 2.0 * errors(2), "N"),
-                     change_with_interval(term.gains[2], errors(3)));
+  structure.determined = half_width_m > 2.0 * std::min(errors(0), errors(1)) &&
+                         (force_N > 2.0 * errors(2) || std::abs(term.gains[2]) > 2.0 * errors(3));
+  structure.description = fmt::format(
+      "a {} sits at one {}, {}, within {} to either side: {}, and the friction is {} there", force_word(),
+      axis_is_rotary() ? "angle" : "place of the rail",
+      quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"),
+      quantity_with_interval(half_width_m, 2.0 * errors(1), "m"),
+      quantity_with_interval(force_N, 2.0 * errors(2), "N"), change_with_interval(term.gains[2], errors(3)));
 }
 
 std::string line_text(const DescribedCause& cause) {
@@ -344,7 +348,7 @@ Structure place_and_text(const DescribedCause& described) {
       break;
     case CauseForm::force_at_a_place:
       structure.coordinate = Coordinate::position;
-      structure.description = place_text(described);
+      describe_place(described, structure);
       break;
     case CauseForm::gap_in_drive:
       structure.coordinate = Coordinate::reversal;

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
+#include "workbench/base/statistics.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/linear/force_trace.h"
 #include "workbench/estimate/terms/search_ranges.h"
 
 namespace slipstack::workbench {
@@ -61,6 +64,76 @@ double share_beside_any_place(const Measurement& measurement, const Eigen::Vecto
   return least;
 }
 
+/// The force that a ripple claims at the samples. `others`: the force of the other terms.
+std::vector<double> claimed_at_samples(const Measurement& measurement, const ForceTrace& others,
+                                       const Term& ripple) {
+  const std::vector<double>& measured_N = measurement.log().force_N;
+  std::vector<double> claimed_N(measured_N.size(), 0.0);
+  for (const Acts acts : {Acts::force, Acts::dry_scale, Acts::total_scale}) {
+    if (!acts_with_gains(ripple, acts)) continue;
+    std::vector<double> repeats(measured_N.size(), 0.0);
+    add_contribution(measurement, ripple, acts, others.dry_N, repeats);
+    for (std::size_t i = 0; i < repeats.size(); ++i) {
+      // The acceleration of the samples, and with it the model's whole force, is noisy; the measured is not.
+      const double of_N = acts == Acts::total_scale ? measured_N[i]
+                          : acts == Acts::dry_scale ? others.dry_N[i] * factor_at(others.dry_factor, i) *
+                                                          factor_at(others.total_factor, i)
+                                                    : factor_at(others.total_factor, i);
+      claimed_N[i] += repeats[i] * of_N;
+    }
+  }
+  return claimed_N;
+}
+
+/// Whether the measurement has less than half of the force `claimed_N`, within two standard errors, in the
+/// samples of rows in traverses: `distance_m` of each row, the distance since the row before.
+bool lacks_at_samples(const Measurement& measurement, const std::vector<double>& claimed_N,
+                      const std::vector<double>& others_N, const Eigen::VectorXd& distance_m) {
+  const std::vector<double>& measured_N = measurement.log().force_N;
+  const std::size_t stride = measurement.row_stride();
+  double claimed_N2 = 0.0;
+  double found_N2 = 0.0;
+  double error_N4 = 0.0;
+  for (Eigen::Index row = 0; row < distance_m.size(); ++row) {
+    if (distance_m(row) == 0.0) continue;
+    const std::size_t middle = measurement.row_samples()[static_cast<std::size_t>(row)];
+    const std::size_t first = middle - std::min(middle, stride / 2);
+    const std::size_t end = std::min(first + stride, claimed_N.size());
+    for (std::size_t i = first; i < end; ++i) {
+      const double left_N = measured_N[i] - others_N[i];
+      claimed_N2 += distance_m(row) * squared(claimed_N[i]);
+      found_N2 += distance_m(row) * claimed_N[i] * left_N;
+      error_N4 += squared(distance_m(row) * claimed_N[i] * (left_N - claimed_N[i]));
+    }
+  }
+  return found_N2 + 2.0 * std::sqrt(error_N4) < kMajority * claimed_N2;
+}
+
+/// Whether the samples refute what the rows show of a ripple, in each of its harmonics. Of one of a short
+/// pitch the rows hold little but where the axis creeps, for elsewhere the axis passes it above their
+/// bandwidth: what fits there claims a force elsewhere. Where the force was filtered before it was recorded
+/// the samples know no more than the rows. `distance_m`: of the rows, in traverses.
+bool refuted_by_samples(const Measurement& measurement, const FittedModel& model, std::size_t index,
+                        const Eigen::VectorXd& distance_m) {
+  if (measurement.force_cut_Hz() > 0.0) return false;
+  const Term& ripple = model.terms[index];
+  const Terms other_terms = without(model.terms, ripple.id());
+  const std::vector<double>& dry_N = model.linearisation->sample_dry_N();  // a ripple is no dry friction
+  const ForceTrace others =
+      evaluate_force(measurement, other_terms, evaluate_dry(measurement, other_terms, &dry_N));
+  for (std::size_t harmonic = 0; harmonic < ripple.gains_per_set(); harmonic += 2) {
+    Term alone = ripple;
+    for (std::size_t gain = 0; gain < alone.gains.size(); ++gain) {
+      if (gain % alone.gains_per_set() / 2 != harmonic / 2) alone.gains[gain] = 0.0;
+    }
+    if (!lacks_at_samples(measurement, claimed_at_samples(measurement, others, alone), others.force_N,
+                          distance_m)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Eigen::VectorXd force_of(const FittedModel& model, std::size_t index) {
@@ -98,6 +171,7 @@ bool ripple_not_supported(const Measurement& measurement, const FittedModel& mod
         share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), *pitch_m);
     // True ripples show 0.99 to 1.03, others 0.4 at most (docs/theory.md).
     if (share < kMajority) return true;
+    if (refuted_by_samples(measurement, model, i, distance_in_traverses(measurement, *pitch_m))) return true;
   }
   return false;
 }
