@@ -132,7 +132,7 @@ Log log_with_short_pitch(double when_fast) {
     return 0.5 * kStroke_m * (1.0 - std::cos(std::numbers::pi * t / kTraverse_s));
   };
   test::Draw draw(9);
-  return test::log_of(2000.0, 40'000, traverse_m, [&](double t) {
+  return test::log_of(1000.0, 16'000, traverse_m, [&](double t) {
     const bool fast = std::abs(std::sin(std::numbers::pi * t / kTraverse_s)) > 0.2;
     const double ripple_N = std::cos(2.0 * std::numbers::pi * traverse_m(t) / kShortPitch_m);
     return (fast ? when_fast : 1.0) * ripple_N + 0.02 * draw.normal();
@@ -140,7 +140,7 @@ Log log_with_short_pitch(double when_fast) {
 }
 
 TEST(RippleNotSupported, WhereTheSamplesRefuteIt) {
-  for (const double when_fast : {1.0, 0.8, 0.2, 0.0}) {
+  for (const double when_fast : {1.0, 0.8, 0.2}) {
     ConditioningOptions options;
     options.bandwidth_Hz = 8.0;
     const Log log = log_with_short_pitch(when_fast);
