@@ -85,10 +85,18 @@ std::vector<double> claimed_at_samples(const Measurement& measurement, const For
   return claimed_N;
 }
 
-/// Whether the measurement has less than half of the force `claimed_N`, within two standard errors, in the
-/// samples of rows in traverses: `distance_m` of each row, the distance since the row before.
-bool lacks_at_samples(const Measurement& measurement, const std::vector<double>& claimed_N,
-                      const std::vector<double>& others_N, const Eigen::VectorXd& distance_m) {
+/// The share of a claimed force that the measurement has, and its standard error.
+struct ShareAtSamples {
+  double value = 0.0;
+  double error = 0.0;
+  bool is_present() const { return value >= kMajority && value > 2.0 * error; }
+  bool is_lacking() const { return value + 2.0 * error < kMajority; }
+};
+
+/// That of `claimed_N` in the samples of rows in traverses: `distance_m` of each row, the distance since the
+/// row before. Of no force it is neither present nor lacking.
+ShareAtSamples share_at_samples(const Measurement& measurement, const std::vector<double>& claimed_N,
+                                const std::vector<double>& others_N, const Eigen::VectorXd& distance_m) {
   const std::vector<double>& measured_N = measurement.log().force_N;
   const std::size_t stride = measurement.row_stride();
   double claimed_N2 = 0.0;
@@ -106,13 +114,14 @@ bool lacks_at_samples(const Measurement& measurement, const std::vector<double>&
       error_N4 += squared(distance_m(row) * claimed_N[i] * (left_N - claimed_N[i]));
     }
   }
-  return found_N2 + 2.0 * std::sqrt(error_N4) < kMajority * claimed_N2;
+  if (claimed_N2 == 0.0) return {0.0, 1.0};
+  return {found_N2 / claimed_N2, std::sqrt(error_N4) / claimed_N2};
 }
 
-/// Whether the samples refute what the rows show of a ripple, in each of its harmonics. Of one of a short
-/// pitch the rows hold little but where the axis creeps, for elsewhere the axis passes it above their
-/// bandwidth: what fits there claims a force elsewhere. Where the force was filtered before it was recorded
-/// the samples know no more than the rows. `distance_m`: of the rows, in traverses.
+/// Whether the samples refute what the rows show of a ripple: they lack one of its harmonics and have none.
+/// Of one of a short pitch the rows hold little but where the axis creeps, for elsewhere the axis passes it
+/// above their bandwidth: what fits there claims a force elsewhere. Where the force was filtered before it
+/// was recorded the samples know no more than the rows. `distance_m`: of the rows, in traverses.
 bool refuted_by_samples(const Measurement& measurement, const FittedModel& model, std::size_t index,
                         const Eigen::VectorXd& distance_m) {
   if (measurement.force_cut_Hz() > 0.0) return false;
@@ -121,17 +130,18 @@ bool refuted_by_samples(const Measurement& measurement, const FittedModel& model
   const std::vector<double>& dry_N = model.linearisation->sample_dry_N();  // a ripple is no dry friction
   const ForceTrace others =
       evaluate_force(measurement, other_terms, evaluate_dry(measurement, other_terms, &dry_N));
+  bool lacking = false;
   for (std::size_t harmonic = 0; harmonic < ripple.gains_per_set(); harmonic += 2) {
     Term alone = ripple;
     for (std::size_t gain = 0; gain < alone.gains.size(); ++gain) {
       if (gain % alone.gains_per_set() / 2 != harmonic / 2) alone.gains[gain] = 0.0;
     }
-    if (!lacks_at_samples(measurement, claimed_at_samples(measurement, others, alone), others.force_N,
-                          distance_m)) {
-      return false;
-    }
+    const ShareAtSamples share = share_at_samples(measurement, claimed_at_samples(measurement, others, alone),
+                                                  others.force_N, distance_m);
+    if (share.is_present()) return false;
+    lacking = lacking || share.is_lacking();
   }
-  return true;
+  return lacking;
 }
 
 }  // namespace
