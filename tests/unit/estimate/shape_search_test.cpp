@@ -170,6 +170,7 @@ TEST(ShapeSearch, SeparatesALowPassFromADelay) {
       EXPECT_GT(found.shape_standard_errors[1], 0.0);
       EXPECT_NEAR(found.shapes[1], lag.filter_s, 4.0 * found.shape_standard_errors[1] + kRamp_s);
       EXPECT_NEAR(found.shapes[0], lag.delay_s, 4.0 * found.shape_standard_errors[0] + kRamp_s);
+      EXPECT_NEAR(found.shapes[0] + found.shapes[1], lag.total_s(), 2e-4);
       EXPECT_NEAR(found.shapes[0] + found.shapes[1], lag.total_s(),
                   4.0 * found.lag_standard_error_s + kRamp_s);
       // One takes the place of the other, so that their sum is better known than either.

@@ -48,11 +48,12 @@ void traverses_of_log(const Eigen::VectorXd& position_m, Eigen::Index first, Eig
 }
 
 /// The least share of `claimed_N` that traverses support when any one pitch of the rail is excluded: a force
-/// at one place can be fitted by a ripple too, but does not recur one pitch further.
+/// at one place can be fitted by a ripple too, but does not recur one pitch further. `distance_m`: of the
+/// rows, in traverses.
 double share_beside_any_place(const Measurement& measurement, const Eigen::VectorXd& claimed_N,
-                              const Eigen::VectorXd& left_N, double pitch_m) {
+                              const Eigen::VectorXd& left_N, double pitch_m,
+                              const Eigen::VectorXd& distance_m) {
   const Eigen::VectorXd position_m = at_rows(measurement, measurement.position_m());
-  const Eigen::VectorXd distance_m = distance_in_traverses(measurement, pitch_m);
   double least = share_supported(claimed_N, left_N, distance_m);
   const double last_m = position_m.maxCoeff();
   for (double first_m = position_m.minCoeff(); first_m < last_m; first_m += 0.5 * pitch_m) {
@@ -177,11 +178,11 @@ bool ripple_not_supported(const Measurement& measurement, const FittedModel& mod
   for (std::size_t i = 0; i < model.terms.size(); ++i) {
     const auto pitch_m = model.terms[i].shape(ShapeKind::pitch);
     if (!pitch_m || is_about_one_turn(*pitch_m) || contains(known, model.terms[i].id())) continue;
-    const double share =
-        share_beside_any_place(measurement, force_of(model, i), model.linearisation->residual_N(), *pitch_m);
+    const Eigen::VectorXd distance_m = distance_in_traverses(measurement, *pitch_m);
+    const double share = share_beside_any_place(measurement, force_of(model, i),
+                                                model.linearisation->residual_N(), *pitch_m, distance_m);
     // True ripples show 0.99 to 1.03, others 0.4 at most (docs/theory.md).
-    if (share < kMajority) return true;
-    if (refuted_by_samples(measurement, model, i, distance_in_traverses(measurement, *pitch_m))) return true;
+    if (share < kMajority || refuted_by_samples(measurement, model, i, distance_m)) return true;
   }
   return false;
 }

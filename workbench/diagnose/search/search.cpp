@@ -232,7 +232,11 @@ void set_causes_apart(Found& found) {
     std::erase(beside, cause.id());
   }
   const FittedModel causes_alone = fit_gains(measurement, std::move(without_effects), &joint);
+  const bool have_special_cases = std::any_of(causes.begin(), causes.end(), [](const Term& cause) {
+    return *cause.effect->traits.special_case.id != '\0';
+  });
   for (const bool with_their_special_cases : {true, false}) {
+    if (with_their_special_cases && !have_special_cases) continue;
     found.best = without_causes(found, joint, with_their_special_cases);
     // Friction of another form is no other explanation of an effect: it takes the place of the hysteresis.
     Terms beside_friction = found.best.model.terms;
