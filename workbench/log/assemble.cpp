@@ -34,30 +34,45 @@ double storage_error(const RawTable::Column& column, double largest) {
   return 2.0 * std::max(column.relative_precision, kEpsilon) * largest;
 }
 
-/// Continues an angle that is counted modulo one turn; returns how often it jumps. It is one where all values
-/// lie within one turn, and a step from sample to sample is less than a quarter of a turn, or more than three
-/// quarters: between them no one could tell forward from backward.
-std::size_t unwrap(std::vector<double>& angle_rad) {
-  if (angle_rad.empty()) return 0;
-  const auto [lowest, highest] = std::minmax_element(angle_rad.begin(), angle_rad.end());
+/// Continues a position that is counted modulo a period; returns how often it jumps. It is one where all
+/// values lie within one period, and a step from sample to sample is less than a quarter of it, or more than
+/// three quarters: between them no one could tell forward from backward.
+std::size_t unwrap(std::vector<double>& position, double period) {
+  if (position.empty()) return 0;
+  const auto [lowest, highest] = std::minmax_element(position.begin(), position.end());
   constexpr double kRounding = 1e-3;
-  if (*highest - *lowest > (1.0 + kRounding) * kTurn_rad) return 0;
+  if (*highest - *lowest > (1.0 + kRounding) * period) return 0;
   std::size_t wraps = 0;
-  for (std::size_t i = 1; i < angle_rad.size(); ++i) {
-    const double step = std::abs(angle_rad[i] - angle_rad[i - 1]) / kTurn_rad;
+  for (std::size_t i = 1; i < position.size(); ++i) {
+    const double step = std::abs(position[i] - position[i - 1]) / period;
     if (step > 0.25 && step < 0.75) return 0;
     wraps += step >= 0.75 ? 1 : 0;
   }
   if (wraps == 0) return 0;
-  double turns = 0.0;
-  double before_rad = angle_rad.front();
-  for (double& angle : angle_rad) {
-    const double step = (angle - before_rad) / kTurn_rad;
-    before_rad = angle;
-    turns -= std::round(step);
-    angle += turns * kTurn_rad;
+  double periods = 0.0;
+  double before = position.front();
+  for (double& value : position) {
+    const double step = (value - before) / period;
+    before = value;
+    periods -= std::round(step);
+    value += periods * period;
   }
   return wraps;
+}
+
+/// Whether the position jumps at this sample from one end of its range to the other while the axis moves on
+/// in the opposite direction. A knock, an outlier or a lost reference does not.
+bool wraps_at(const std::vector<double>& position, std::size_t sample, double range) {
+  constexpr std::size_t kSide = 5;         // samples that show the motion before and after; chosen
+  constexpr double kNearlyTheRange = 0.9;  // an axis does not pass so much of its travel within a sample
+  constexpr double kMostMotion = 0.25;     // of the range, within kSide samples; chosen
+  if (sample < kSide + 1 || sample + kSide >= position.size()) return false;
+  const double jump = position[sample] - position[sample - 1];
+  if (std::abs(jump) < kNearlyTheRange * range) return false;
+  const double way = jump > 0.0 ? -1.0 : 1.0;
+  const double before = way * (position[sample - 1] - position[sample - 1 - kSide]);
+  const double after = way * (position[sample + kSide] - position[sample]);
+  return before > 0.0 && after > 0.0 && std::max(before, after) < kMostMotion * range;
 }
 
 class Assembler {
@@ -87,7 +102,7 @@ class Assembler {
     take_position();
     take_force();
     log_.reference_position_m = take(Quantity::kReferencePosition);
-    if (rows_ == Rows::all && axis_is_rotary()) unwrap(log_.reference_position_m);
+    if (rows_ == Rows::all && axis_is_rotary()) unwrap(log_.reference_position_m, kTurn_rad);
     log_.reference_position_m = on_grid(std::move(log_.reference_position_m));
     log_.velocity_mps = on_grid(take(Quantity::kVelocity));
     log_.normal_force_N = on_grid(take(Quantity::kNormalForce));
@@ -196,10 +211,12 @@ class Assembler {
     const ColumnPlan::Source source = *plan_[Quantity::kPosition];
     log_.position_m = take(Quantity::kPosition);
     if (source.counts) {
+      if (rows_ == Rows::all) unwrap_counts();
       for (double& value : log_.position_m) value *= *log_.encoder_resolution_m;
       require_finite(log_.position_m, Quantity::kPosition);
     }
     if (rows_ == Rows::all && axis_is_rotary()) unwrap_angle();
+    if (rows_ == Rows::all) refuse_wraps();
     // Interpolated positions lie on no grid, so the encoder's step is estimated before the interpolation.
     if (!log_.encoder_resolution_m && rows_ != Rows::known_sampling)
       estimate_resolution(table_.columns[source.column]);
@@ -210,13 +227,38 @@ class Assembler {
   }
 
   // An angle that is counted modulo one turn continues where it jumps from one end of the turn to the other.
-  void unwrap_angle() {
-    const std::size_t wraps = unwrap(log_.position_m);
+  void unwrap_angle() { note_wraps("the angle", "one turn", unwrap(log_.position_m, kTurn_rad)); }
+
+  // The same of a counter of 16, 24 or 32 bits: of the shortest that holds all values.
+  void unwrap_counts() {
+    const auto [lowest, highest] = std::minmax_element(log_.position_m.begin(), log_.position_m.end());
+    for (const int bits : {16, 24, 32}) {
+      const double period = std::ldexp(1.0, bits);
+      if (*highest - *lowest >= period) continue;
+      note_wraps("the count", fmt::format("2^{}", bits), unwrap(log_.position_m, period));
+      return;
+    }
+  }
+
+  void note_wraps(std::string_view what, std::string_view period, std::size_t wraps) {
     if (wraps == 0) return;
-    log_.notes.push_back(
-        fmt::format("the angle jumps by one turn {} {} and was continued (it is counted "
-                    "modulo one turn)",
-                    wraps, wraps == 1 ? "time" : "times"));
+    log_.notes.push_back(fmt::format("{} jumps by {} {} {} and was continued (it is counted modulo {})", what,
+                                     period, wraps, wraps == 1 ? "time" : "times", period));
+  }
+
+  // Of any other counter the period is not known to the last step, so that nothing can be continued.
+  void refuse_wraps() const {
+    const std::vector<double>& position_m = log_.position_m;
+    const auto [lowest, highest] = std::minmax_element(position_m.begin(), position_m.end());
+    for (std::size_t i = 1; i < position_m.size(); ++i) {
+      if (!wraps_at(position_m, i, *highest - *lowest)) continue;
+      throw InputError(fmt::format(
+          "{}: column {}: the position jumps from {:.6g} to {:.6g} {}, one end of its range to the other, "
+          "while "
+          "the axis moves on, as a counter does that is full; write the position without such jumps",
+          table_.where_row(i), table_.columns[plan_[Quantity::kPosition]->column].name, position_m[i - 1],
+          position_m[i], axis_unit("m")));
+    }
   }
 
   void estimate_resolution(const RawTable::Column& column) {

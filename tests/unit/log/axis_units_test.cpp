@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/base/axis_units.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <numbers>
 #include <string>
@@ -170,6 +172,33 @@ TEST_F(AxisUnitsTest, AnAngleThatWrapsIsContinued) {
     EXPECT_TRUE(std::any_of(wrapped.notes.begin(), wrapped.notes.end(), [](const std::string& note) {
       return note.find("jumps by one turn") != std::string::npos;
     })) << column;
+  }
+}
+
+/// A carriage that moves by 60 000 counts to and fro, from 15 000 before 2^bits on, where a counter of so
+/// many bits begins anew.
+std::string counting(int bits, bool modulo) {
+  std::string text = "# encoder_resolution_um: 1\ntime_s,position_counts,force_N\n";
+  const std::int64_t period = std::int64_t{1} << bits;
+  for (int i = 0; i < 4000; ++i) {
+    const auto way = static_cast<std::int64_t>(std::lround(30'000.0 * (1.0 - std::cos(2e-3 * i))));
+    const std::int64_t count = period - 15'000 + way;
+    text += fmt::format("{:.3f},{},{:.3f}\n", 1e-3 * i, modulo ? count % period : count,
+                        std::sin(0.01 * i) + 1e-3 * (i * 7919 % 100));
+  }
+  return text;
+}
+
+TEST_F(AxisUnitsTest, CountsThatWrapAreContinued) {
+  for (const int bits : {16, 32}) {
+    const Log wrapped = parse_text(counting(bits, true));
+    const Log whole = parse_text(counting(bits, false));
+    for (std::size_t i = 0; i < whole.position_m.size(); ++i) {
+      ASSERT_NEAR(wrapped.position_m[i] - wrapped.position_m[0], whole.position_m[i] - whole.position_m[0],
+                  1e-9)
+          << bits << " bits, at " << i;
+    }
+    for (const std::string& note : whole.notes) EXPECT_EQ(note.find("jumps"), std::string::npos) << note;
   }
 }
 

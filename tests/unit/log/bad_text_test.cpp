@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <ostream>
@@ -59,6 +60,12 @@ std::string usual_columns(const std::string& names) {
   return names + "\n" + usual_rows();
 }
 
+std::string many_rows(char end) {
+  std::string text;
+  for (int i = 0; i < 10'000; ++i) text += std::to_string(i) + ",0,1" + end;
+  return text;
+}
+
 const BadText kColumns[] = {
     {"NoTime", usual_columns("position_m,force_N,velocity_mps"), "log.csv:1: column time_s is missing; add"},
     {"NoPosition", usual_columns("time_s,velocity_mps,force_N"),
@@ -85,6 +92,10 @@ const BadText kColumns[] = {
     {"CommentedHeaderRow", usual_columns("# time_s,position_m,force_N"),
      "log.csv:2: numbers where the header row should be; write the column names above them, without '#'"},
     {"OldMacLineEnds", "time_s,position_m,force_N\r0,1,2\r",
+     "log.csv:1: lines end in a carriage return alone; "},
+    {"OldMacLineEndsAfterAComment", "# mass_kg: 1\rtime_s,position_m,force_N\r0,1,2\r",
+     "log.csv:1: lines end in a carriage return alone; "},
+    {"OldMacLineEndsOfALongLog", "time_s,position_m,force_N\r" + many_rows('\r'),
      "log.csv:1: lines end in a carriage return alone; "},
     {"CountsWithoutResolution", usual_columns("time_s,position_counts,force_N"),
      "log.csv:1: column position_counts needs the encoder's step; "},
@@ -143,6 +154,10 @@ const BadText kHeader[] = {
      "log.csv:1: header key mass_kg: 'inf' is not a finite number"},
     {"OtherUnit", with_header("# magnet_pitch_in: 24"),
      "log.csv:1: header key 'magnet_pitch_in': unknown unit 'in'; convert it to magnet_pitch_m"},
+    {"OtherUnitAndCapital", with_header("# Mass_g: 24"),
+     "log.csv:1: header key 'Mass_g': unknown unit 'g'; convert it to mass_kg"},
+    {"NoUnitAndCapital", with_header("# Mass: 24"),
+     "log.csv:1: header key 'Mass' names no unit; write mass_kg"},
     {"NoUnit", with_header("# mass: 24"), "log.csv:1: header key 'mass' names no unit; write mass_kg"},
     {"Capital", with_header("# Mass_kg: 24"),
      "log.csv:1: header key 'Mass_kg' has other capitals; write mass_kg"},
@@ -171,9 +186,20 @@ std::string one_step_position() {
   return text;
 }
 
+// To and fro by 0.25 m, counted modulo 0.1 m.
+std::string full_counter() {
+  std::string text = kNames;
+  for (int i = 0; i < 500; ++i) {
+    const int position_mm = i < 250 ? i : 500 - i;
+    text += fmt::format("{},{:.3f},{}\n", i, 1e-3 * (position_mm % 100), i % 7);
+  }
+  return text;
+}
+
 std::string still_force() {
   std::string text = kNames;
-  for (int i = 0; i < 200; ++i) text += std::to_string(i) + "," + std::to_string(i % 50) + "e-6,1.5\n";
+  for (int i = 0; i < 200; ++i)
+    text += std::to_string(i) + "," + std::to_string(std::abs(i % 50 - 25)) + "e-6,1.5\n";
   return text;
 }
 
@@ -197,6 +223,10 @@ const BadText kWhole[] = {
      "log.csv: column position_m: the position never moves (it is always 0.5 m); "},
     {"OneStep", one_step_position(),
      "log.csv: column position_m: the position never moves by more than one encoder"},
+    {"FullCounter", full_counter(),
+     "log.csv:102: column position_m: the position jumps from 0.099 to 0 m, one end of its range to the "
+     "other, "
+     "while the axis moves on, as a counter does that is full; "},
     {"StillForce", still_force(), "log.csv: column force_N: the force never changes (it is always 1.5 N); "},
     {"CountsBeyondNumbers",
      "# encoder_resolution_m: 1e300\ntime_s,position_counts,force_N\n0,1e10,0\n" +

@@ -26,9 +26,6 @@ constexpr std::size_t kMaximumColumns = 64;
 
 void refuse_what_is_no_header_row(const std::string& here, std::string_view text,
                                   const std::vector<std::string_view>& fields, const char* example) {
-  if (text.find('\r') != std::string_view::npos) {
-    throw InputError(here + ": lines end in a carriage return alone; save the file with LF or CRLF");
-  }
   if (text.find('"') != std::string_view::npos) {
     throw InputError(here + ": quotes are not supported; write the column names without them");
   }

@@ -74,17 +74,21 @@ void refuse_other_letters(const RawTable& table, const std::string& key, const R
   }
 }
 
-// The same for a key such as magnet_pitch_in.
+// The same for a key such as magnet_pitch_in, in any letters.
 void refuse_other_unit(const RawTable& table, const std::string& key, const RawTable::HeaderEntry& entry) {
+  const std::string lower = lower_case(key);
   const auto is_known = [&](const KnownKey& known) { return key == known.name; };
   if (std::any_of(kKnownKeys.begin(), kKnownKeys.end(), is_known)) return;
   const std::string where = table.where_line(entry.line) + ": header key " + in_quotes(key);
   for (const KnownKey& known : kKnownKeys) {
     const std::string quantity(known.quantity());
-    if (key == quantity) throw InputError(where + " names no unit; write " + std::string(known.name));
+    if (lower == lower_case(quantity))
+      throw InputError(where + " names no unit; write " + std::string(known.name));
     for (const std::string_view unit : kOtherUnits) {
       const bool angle = unit == "arcmin" || unit == "mrad";
-      if (key != quantity + "_" + std::string(unit) || (angle && known.kind == AxisKind::linear)) continue;
+      if (lower != lower_case(quantity + "_" + std::string(unit)) ||
+          (angle && known.kind == AxisKind::linear))
+        continue;
       throw InputError(where + ": unknown unit " + in_quotes(unit) + "; convert it to " +
                        std::string(known.name));
     }

@@ -41,9 +41,11 @@ bool LineReader::next(std::string_view& line) {
   const auto length = static_cast<std::size_t>(last - first);
   refuse_nul({first, length < kLongestLine ? length : kLongestLine});
   if (length > kLongestLine) {
+    refuse_lone_returns({first, kLongestLine});
     throw InputError(name_ + ":" + std::to_string(line_number_) + ": the line is longer than " +
                      std::to_string(kLongestLine) + " bytes; write one sample to a line");
   }
+  refuse_lone_returns({first, length});
   begin_ += length + (newline != nullptr ? 1 : 0);
   while (last != first && last[-1] == '\r') --last;  // files that were converted twice have two
   line = {first, static_cast<std::size_t>(last - first)};
@@ -70,6 +72,13 @@ void LineReader::check_beginning() {
     throw InputError(name_ +
                      ": the text is UTF-16; save it as UTF-8, or use `slipstack import`, which reads it");
   }
+}
+
+void LineReader::refuse_lone_returns(std::string_view line) const {
+  const std::size_t last = line.find_last_not_of('\r');
+  if (last == std::string_view::npos || line.substr(0, last).find('\r') == std::string_view::npos) return;
+  throw InputError(name_ + ":" + std::to_string(line_number_) +
+                   ": lines end in a carriage return alone; save the file with LF or CRLF");
 }
 
 void LineReader::refuse_nul(std::string_view line) const {

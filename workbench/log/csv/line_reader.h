@@ -42,6 +42,7 @@ class LineReader {
   void refill();
   void check_beginning();
   void refuse_nul(std::string_view line) const;
+  void refuse_lone_returns(std::string_view line) const;
 
   std::string name_;
   ByteSource& source_;
