@@ -124,6 +124,18 @@ const Fault kFaults[] = {
     {"reference in mm", "reference", AxisKind::linear, [](Log& log) { follow(log, 1e3); }, 1.0},
     {"reference reversed", "reference", AxisKind::linear, [](Log& log) { follow(log, -1.0); }, 1.0},
     {"reference with half the stroke", "", AxisKind::linear, [](Log& log) { follow(log, 0.5); }, 1.0},
+    {"position and force interchanged", "reference", AxisKind::linear,
+     [](Log& log) {
+       follow(log, 1.0);
+       std::swap(log.position_m, log.force_N);
+     },
+     1.0},
+    {"a reference that the axis does not follow", "", AxisKind::linear,
+     [](Log& log) {
+       log.reference_position_m = log.position_m;
+       std::reverse(log.reference_position_m.begin(), log.reference_position_m.end());
+     },
+     1.0},
     {"turned", "", AxisKind::rotary, [](Log&) {}, 1.0},
     {"turned, torque reversed", "force_sign", AxisKind::rotary, reverse, 0.9},
     {"turned, degrees as rad", "units", AxisKind::rotary,
@@ -169,26 +181,47 @@ std::vector<double> bristle_N(const std::vector<double>& position_m, double leng
   return force_N;
 }
 
+/// A motion to and fro of two frequencies against a bristle, with noise.
+Log bristle_log(double frequency_Hz, double ratio, double length_m, double amplitude_m) {
+  const double per_s = 2.0 * std::numbers::pi * frequency_Hz;
+  const auto position_m = [&](double t) {
+    return amplitude_m * (std::sin(per_s * t) + 0.5 * std::sin(ratio * per_s * t));
+  };
+  Log log = test::log_of(2000.0, 40'000, position_m, [](double) { return 0.0; });
+  log.mass_kg = 8.0;
+  log.force_N = bristle_N(log.position_m, length_m);
+  test::Draw draw(7);
+  for (double& force_N : log.force_N) force_N += 0.1 * draw.normal();
+  return log;
+}
+
 // Before it slides an axis is a spring, which in a motion to and fro is an inertia below zero, and follows
-// the motion at any lag where the motion repeats.
+// the motion at any lag where the motion repeats. A weight keeps its force positive.
 TEST(Plausibility, AnAxisThatHardlySlidesHasNoWrongSignAndOneClock) {
+  constexpr double kWeight_N = 25.0;
   for (const double frequency_Hz : {0.15, 0.3, 1.0}) {
     for (const double ratio : {2.7, 3.0}) {
       for (const double length_m : {3e-6, 10e-6, 30e-6}) {
         for (const double amplitude_m : {2e-6, 5e-6, 25e-6}) {
-          const double per_s = 2.0 * std::numbers::pi * frequency_Hz;
-          const auto position_m = [&](double t) {
-            return amplitude_m * (std::sin(per_s * t) + 0.5 * std::sin(ratio * per_s * t));
-          };
-          Log log = test::log_of(2000.0, 40'000, position_m, [](double) { return 0.0; });
-          log.mass_kg = 8.0;
-          log.force_N = bristle_N(log.position_m, length_m);
-          test::Draw draw(7);
-          for (double& force_N : log.force_N) force_N += 0.1 * draw.normal();
+          Log log = bristle_log(frequency_Hz, ratio, length_m, amplitude_m);
           EXPECT_EQ(kinds_in(log), "")
               << frequency_Hz << " " << ratio << " " << length_m << " " << amplitude_m;
+          for (double& force_N : log.force_N) force_N += kWeight_N;
+          EXPECT_EQ(kinds_in(log), "")
+              << "weight, " << frequency_Hz << " " << ratio << " " << length_m << " " << amplitude_m;
         }
       }
+    }
+  }
+}
+
+// Where friction is all of the force, its magnitude is near its level except at reversals.
+TEST(Plausibility, ASlidingAxisWithoutInertiaNeedsItsSign) {
+  for (const double frequency_Hz : {0.15, 0.3, 1.0}) {
+    for (const double length_m : {3e-6, 10e-6, 30e-6}) {
+      Log log = bristle_log(frequency_Hz, 2.7, length_m, 10.0 * length_m);
+      for (double& force_N : log.force_N) force_N = std::abs(force_N);
+      EXPECT_EQ(kinds_in(log), "force_unsigned") << frequency_Hz << " " << length_m;
     }
   }
 }

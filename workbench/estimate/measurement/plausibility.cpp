@@ -73,7 +73,8 @@ struct Estimate {
   bool is_positive() const { return value > kCertain * error; }
   /// Within 95 %: enough to be no witness of the opposite.
   bool is_likely_positive() const { return value > 2.0 * error; }
-  bool is_negative() const { return value < -kCertain * error; }
+  /// How many standard errors it is below zero; 0 above.
+  double errors_below_zero() const { return value < 0.0 ? -value / std::max(error, 1e-300) : 0.0; }
 };
 
 /// The fit of a force to the motion, and what of it is certain.
@@ -139,6 +140,12 @@ class MotionFit {
   Vector solution_ = Vector::Zero();
 };
 
+/// Inertia and friction are both witnesses, and neither counts where the other contradicts: before it slides
+/// an axis is a spring, which in a motion to and fro is an inertia below zero.
+bool is_likely_of_right_sign(const MotionFit& fit) {
+  return fit.inertia().is_likely_positive() || fit.dissipation().is_likely_positive();
+}
+
 /// A force that is a magnitude: its sign is found by turns with the fit, from that of the velocity and from
 /// that of the acceleration.
 std::optional<InputWarning> unsigned_force(const Measurement& measurement, const MotionTerms& terms,
@@ -160,7 +167,7 @@ std::optional<InputWarning> unsigned_force(const Measurement& measurement, const
       for (std::size_t i = 0; i < signed_N.size(); ++i) signed_N[i] = signs[i] * force_N[i];
       const MotionFit fit(measurement, terms, measurement.filtered(signed_N));
       if (fit.residual_squares() < kUnsignedBetter * kUnsignedBetter * as_recorded.residual_squares() &&
-          fit.solution()(MotionTerms::kInertia) > 0.0) {
+          is_likely_of_right_sign(fit)) {
         return InputWarning{
             "force_unsigned",
             fmt::format(
@@ -235,19 +242,18 @@ std::optional<InputWarning> impossible_speed(const Measurement& measurement) {
                                   quantity(fast_mps, "m/s"))};
 }
 
-/// Inertia and friction are both witnesses, and neither counts where the other contradicts: before it slides
-/// an axis is a spring, which in a motion to and fro is an inertia below zero.
 std::optional<InputWarning> wrong_sign(const MotionFit& fit) {
-  const Estimate inertia = fit.inertia();
-  const Estimate dissipation = fit.dissipation();
-  if (inertia.is_likely_positive() || dissipation.is_likely_positive()) return {};
-  if (!inertia.is_negative() && !dissipation.is_negative()) return {};
-  return InputWarning{
-      "force_sign", fmt::format("the {0} {1}: it seems to have the wrong sign; it must be positive towards "
-                                "+position, reverse it or the position",
-                                force_word(),
-                                dissipation.is_negative() ? "gains energy from friction, which only takes it"
-                                                          : "accelerates the axis against itself")};
+  if (is_likely_of_right_sign(fit)) return {};
+  // Two witnesses, nearly independent: each alone may be less certain where both say the same.
+  const double by_friction = fit.dissipation().errors_below_zero();
+  const double by_inertia = fit.inertia().errors_below_zero();
+  if (std::hypot(by_friction, by_inertia) < kCertain) return {};
+  return InputWarning{"force_sign",
+                      fmt::format("the {0} {1}: it seems to have the wrong sign; it must be positive towards "
+                                  "+position, reverse it or the position",
+                                  force_word(),
+                                  by_friction > by_inertia ? "gains energy from friction, which only takes it"
+                                                           : "accelerates the axis against itself")};
 }
 
 std::optional<InputWarning> apart_clocks(const Measurement& measurement, const MotionTerms& terms) {
@@ -262,25 +268,38 @@ std::optional<InputWarning> apart_clocks(const Measurement& measurement, const M
           quantity_with_interval(std::abs(apart->force_late_s), apart->resolution_s, "s"))};
 }
 
+Eigen::VectorXd about_mean(const std::vector<double>& values) {
+  const Eigen::Map<const Eigen::ArrayXd> all(values.data(), std::ssize(values));
+  return all - all.mean();
+}
+
+/// Whether the values are a multiple of the reference, but for the tenth of their mean square. Chosen.
+bool follows(const Eigen::VectorXd& values, const Eigen::VectorXd& reference) {
+  constexpr double kShare = 0.9;
+  const double product = reference.dot(values);
+  const double squares = reference.squaredNorm() * values.squaredNorm();
+  return squares > 0.0 && product * product >= kShare * squares;
+}
+
+/// A reference that the force follows and the position does not. (Of a spring both do.)
+std::optional<InputWarning> interchanged_columns(const Log& log) {
+  if (log.reference_position_m.size() != log.position_m.size()) return {};
+  const Eigen::VectorXd reference = about_mean(log.reference_position_m);
+  if (follows(about_mean(log.position_m), reference) || !follows(about_mean(log.force_N), reference))
+    return {};
+  return InputWarning{"reference", fmt::format("the {0} follows the reference position and the position does "
+                                               "not: the columns of position and {0} seem to be interchanged",
+                                               force_word())};
+}
+
 /// A reference in another unit than the position, or of the other sign: the axis follows it otherwise.
 std::optional<InputWarning> other_reference(const Log& log) {
-  const std::vector<double>& reference_m = log.reference_position_m;
-  const std::vector<double>& position_m = log.position_m;
-  if (reference_m.size() != position_m.size()) return {};
-  const auto about_mean = [](const std::vector<double>& values) {
-    const Eigen::Map<const Eigen::ArrayXd> all(values.data(), std::ssize(values));
-    return Eigen::VectorXd(all - all.mean());
-  };
-  const Eigen::VectorXd reference = about_mean(reference_m);
-  const Eigen::VectorXd position = about_mean(position_m);
-  const double reference_m2 = reference.squaredNorm();
-  const double product_m2 = reference.dot(position);
-  // So much of the motion must be that of the reference, and so much must the scales differ. Chosen.
-  constexpr double kFollows = 0.9;
-  constexpr double kOtherUnit = 5.0;
-  if (!(reference_m2 > 0.0) || product_m2 * product_m2 < kFollows * reference_m2 * position.squaredNorm())
-    return {};
-  const double scale = product_m2 / reference_m2;
+  if (log.reference_position_m.size() != log.position_m.size()) return {};
+  const Eigen::VectorXd reference = about_mean(log.reference_position_m);
+  const Eigen::VectorXd position = about_mean(log.position_m);
+  if (!follows(position, reference)) return {};
+  constexpr double kOtherUnit = 5.0;  // so much must the scales differ; chosen
+  const double scale = reference.dot(position) / reference.squaredNorm();
   const bool reversed = scale < 0.0;
   if (!reversed && scale < kOtherUnit && scale > 1.0 / kOtherUnit) return {};
   return InputWarning{"reference",
@@ -300,6 +319,7 @@ std::vector<InputWarning> input_warnings(const Measurement& measurement) {
     if (warning) warnings.push_back(std::move(*warning));
     return warning.has_value();
   };
+  if (add(interchanged_columns(measurement.log()))) return warnings;
   // A force that is read at another time than the motion may look like one of the wrong sign.
   if (add(apart_clocks(measurement, terms))) return warnings;
   if (!add(unsigned_force(measurement, terms, fit))) add(wrong_sign(fit));
