@@ -4,9 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <cstddef>
+#include <cstdint>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "tests/unit/estimate/estimate_support.h"
@@ -54,6 +58,30 @@ TEST(Measurement, PredictsTheNoiseAfterTheFilter) {
     const Measurement measurement(log, {.bandwidth_Hz = bandwidth_Hz});
     EXPECT_NEAR(test::rms(measurement.force_N()) / measurement.filtered_force_noise_N(), 1.0, 0.06)
         << bandwidth_Hz;
+  }
+}
+
+// A motion whose period is as long as the blocks of all folds: each of them would leave out the same part of
+// every repetition, which no other fit has seen.
+TEST(Measurement, EachFoldSeesAllPartsOfAMotionThatRepeats) {
+  constexpr double kSeconds = 60.0;
+  for (const double period_s : {10.0, 5.0, 9.9, 4.0, 7.3}) {
+    const Log log = test::log_of(
+        500.0, static_cast<std::size_t>(500.0 * kSeconds),
+        [&](double t) {
+          return 0.05 * std::sin(kTwoPi * t / period_s) + 0.02 * std::sin(3.0 * kTwoPi * t / period_s + 1.0);
+        },
+        [](double t) { return std::sin(3.1 * t); });
+    const Measurement measurement(log);
+    constexpr int kParts = 10;  // of a period
+    std::array<std::set<int>, kParts> folds;
+    for (std::size_t row = 0; row < measurement.row_blocks().size(); ++row) {
+      const double time_s = measurement.time_s(measurement.row_samples()[row]);
+      const double share = time_s / period_s - std::floor(time_s / period_s);
+      folds[static_cast<std::size_t>(share * kParts)].insert(
+          measurement.fold_of_block(measurement.row_blocks()[row]));
+    }
+    for (const std::set<int>& of_part : folds) EXPECT_GE(of_part.size(), 2u) << period_s;
   }
 }
 

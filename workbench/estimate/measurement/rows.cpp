@@ -2,9 +2,12 @@
 // The rows of a measurement: the instants at which force and model are compared, and their blocks.
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "workbench/estimate/measurement/conditioning.h"
 #include "workbench/estimate/measurement/measurement.h"
+#include "workbench/signal/repetition.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -13,6 +16,26 @@ namespace {
 constexpr double kRowsPerCycle = 3.0;
 
 constexpr int kBlocksPerFold = 6;
+
+/// By how many blocks the folds shift along a motion with a period of `blocks_of_period`, from its first
+/// repetition to its last of `periods`. Below one each fold leaves out the same part of every repetition,
+/// so that the others have never seen it. Within a part of a fold the period is in every fold anyway.
+double shift_of_folds(double blocks_of_period, double periods) {
+  const double folds = std::round(blocks_of_period / kFolds);
+  return folds == 0.0 ? periods : std::abs(blocks_of_period - kFolds * folds) * periods;
+}
+
+/// The number of blocks of a log of which the velocity is known at the rows: the usual one, or the nearest
+/// one whose folds do not go with a motion that repeats.
+int blocks_beside_repetition(int usual, std::span<const double> velocity_mps) {
+  const double period_rows = repetition_period(velocity_mps);
+  if (!(period_rows > 0.0)) return usual;
+  const double periods = static_cast<double>(velocity_mps.size()) / period_rows;
+  for (const int blocks : {usual, usual - kFolds, usual + kFolds, usual - 2 * kFolds}) {
+    if (blocks > kFolds && shift_of_folds(blocks / periods, periods) >= 1.0) return blocks;
+  }
+  return usual;
+}
 
 }  // namespace
 
@@ -98,7 +121,13 @@ void Measurement::choose_blocks() {
     const std::size_t first_row = parts_[own.first].first_row;
     const std::size_t rows = parts_[own.end - 1].first_row + parts_[own.end - 1].row_count - first_row;
     const double share = static_cast<double>(rows) / static_cast<double>(row_samples_.size());
-    const int blocks = blocks_of_share(share);
+    int blocks = blocks_of_share(share);
+    if (own.size() == 1) {
+      std::vector<double> velocity_at_rows;
+      for (std::size_t row = first_row; row < first_row + rows; ++row)
+        velocity_at_rows.push_back(velocity_mps()[row_samples_[row]]);
+      blocks = blocks_beside_repetition(blocks, velocity_at_rows);
+    }
     for (std::size_t row = 0; row < rows; ++row) {
       const std::size_t block = row * static_cast<std::size_t>(blocks) / rows;
       row_blocks_.push_back(block_count_ + static_cast<int>(block));
