@@ -47,6 +47,7 @@ class CableChainStiffness {
   /// its pull is constant is an offset. It shows by its stiffness: its bend is measured in traverses of the
   /// same log, however short.
   static constexpr EffectTraits traits{.special_case = {.id = OffsetForce<Real>::text.id, .gains = 2},
+                                       .constant_gain = 1,
                                        .plausible = {.seldom_negative = 0}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 2;

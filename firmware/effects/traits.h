@@ -74,6 +74,7 @@ struct EffectTraits {
   SpecialCase special_case{};
   PartOfAnother part_of_another{};
   int axis_mass_gain = -1;  ///< gain that is the same force as a mass of the axis: zero while that is fitted
+  int constant_gain = -1;  ///< gain that is a constant force: zero beside the constant force of the catalogue
   Plausibility plausible{};
 };
 

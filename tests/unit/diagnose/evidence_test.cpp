@@ -122,6 +122,26 @@ TEST(EvidenceOf, TellsTheForceOfASpringInTheMiddleOfTheTravel) {
   EXPECT_TRUE(says(text, "4.00 N/m, 1.00 N in the middle of the travel")) << text;
 }
 
+// An offset in the model is the same force as that of the spring at zero: all of it is the offset's, and both
+// are told in the middle of the travel.
+TEST(EvidenceOf, TellsTheForceOfASpringBesideAnOffset) {
+  Log log = test::wandering_log(5, 1000.0, 20'000);
+  Measurement measurement(log);
+  Terms terms{make_term(measurement, *find_effect("offset_force")),
+              make_term(measurement, *find_effect("cable_chain_stiffness"))};
+  const double middle_m = terms[1].shapes[0] + 0.5 * terms[1].shapes[1];
+  test::Draw draw(6);
+  for (std::size_t i = 0; i < log.force_N.size(); ++i)
+    log.force_N[i] = 3.0 + 40.0 * (log.position_m[i] - middle_m) + 0.05 * draw.normal();
+  measurement = Measurement(log);
+  const FittedModel fitted = with_standard_errors(measurement, fit_gains(measurement, terms));
+  EXPECT_NEAR(fitted.terms[0].gains[0], 3.0 - 40.0 * middle_m, 0.1);
+  EXPECT_EQ(fitted.terms[1].gains[1], 0.0);
+  const std::string text = evidence_of(fitted, "cable_chain_stiffness");
+  const std::size_t at = text.find(", ", text.find("N/m")) + 2;
+  EXPECT_NEAR(std::stod(text.substr(at)), 3.0, 0.1) << text;
+}
+
 // Over a log that is short against the time constant, the gain and the time constant are determined only
 // together; their product with what the log has seen of it is determined well.
 TEST(EvidenceOf, TellsADriftByItsChangeOverTheLog) {

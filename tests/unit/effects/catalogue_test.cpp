@@ -143,6 +143,7 @@ TEST(Catalogue, TraitsPointToWhatExists) {
       EXPECT_TRUE(roles.insert(traits.role).second) << E::text.id << ": one effect has a role";
     }
     EXPECT_LT(traits.axis_mass_gain, E::gain_count) << E::text.id;
+    EXPECT_LT(traits.constant_gain, E::gain_count) << E::text.id;
     EXPECT_LT(traits.part_of_another.gain, E::gain_count) << E::text.id;
     EXPECT_EQ(traits.part_of_another.gain >= 0, traits.part_of_another.whole != Role::none) << E::text.id;
     EXPECT_LT(traits.plausible.shape.shape, E::shape_count) << E::text.id;

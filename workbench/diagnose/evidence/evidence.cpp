@@ -74,6 +74,16 @@ Fitted largest_of_map(const Term& term, const std::vector<Term>& without) {
   return there;
 }
 
+/// An effect over the position with the constant force of the model, which it would have were that not one of
+/// its own; the effect alone where each log has its own.
+Term with_constant_force(const Terms& model, Term term) {
+  const Term* const constant = find_role(model, Role::constant_force);
+  const int gain = term.effect->traits.constant_gain;
+  if (constant != nullptr && gain >= 0 && constant->gain_sets() == 1 && term.gain_sets() == 1)
+    term.gains[static_cast<std::size_t>(gain)] += constant->gains[0];
+  return term;
+}
+
 /// The force of an effect over the position in the middle of its travel; of the first set of gains.
 Fitted force_in_middle(const Term& term, const std::vector<Term>& without) {
   return fitted_value(term, without, [](const Term& one) {
@@ -154,7 +164,12 @@ struct Derived {
   std::vector<Term> without;  ///< the term as fitted without each block; empty: no intervals
   FrictionEachWay each_way;
   FrictionEachWay each_way_error;
+  Fitted in_middle;  ///< force in the middle of the travel
 };
+
+bool tells_force_in_middle(const EffectDescription& effect) {
+  return std::string_view(effect.text.evidence).find(kForceInMiddle) != std::string_view::npos;
+}
 
 struct EachWayName {
   std::string_view name;
@@ -179,7 +194,7 @@ std::string value_of(const Term& term, const Derived& derived, std::string_view 
   }
   if (name == kLag)
     return with_interval({measurement_dynamics_of({term}).total_s(), term.lag_standard_error_s}, "s");
-  if (name == kForceInMiddle) return with_interval(force_in_middle(term, derived.without), "N");
+  if (name == kForceInMiddle) return with_interval(derived.in_middle, "N");
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
     if (name == term.effect->shapes[i].name) return shape_with_interval(term, i);
   }
@@ -275,19 +290,24 @@ std::string fill_in(const Term& fitted, const Terms& model, const Derived& deriv
 }  // namespace
 
 std::string evidence_of(const Term& fitted, const Terms& model) {
-  return fill_in(fitted, model, {{}, friction_each_way(model, fitted), {}});
+  Derived derived{{}, friction_each_way(model, fitted), {}, {}};
+  if (tells_force_in_middle(*fitted.effect))
+    derived.in_middle = force_in_middle(with_constant_force(model, fitted), {});
+  return fill_in(fitted, model, derived);
 }
 
 std::string evidence_of(const FittedModel& model, std::string_view effect) {
   const Term& term = *find_term(model.terms, effect);
-  Derived derived{{}, friction_each_way(model.terms, term), {}};
+  Derived derived{{}, friction_each_way(model.terms, term), {}, {}};
   const auto& groups = term.effect->gain_groups;
   const bool is_map =
       std::any_of(groups.begin(), groups.end(), [](const auto& group) { return group.count > 1; });
-  if (is_map || std::string_view(term.effect->text.evidence).find(kForceInMiddle) != std::string_view::npos) {
+  if (is_map || tells_force_in_middle(*term.effect)) {
     for (const Terms& terms : terms_without_blocks(model))
-      derived.without.push_back(*find_term(terms, effect));
+      derived.without.push_back(with_constant_force(terms, *find_term(terms, effect)));
   }
+  if (tells_force_in_middle(*term.effect))
+    derived.in_middle = force_in_middle(with_constant_force(model.terms, term), derived.without);
   if (directional_term(model.terms) == &term)
     derived.each_way_error = standard_errors_each_way(model, effect);
   return fill_in(term, model.terms, derived);

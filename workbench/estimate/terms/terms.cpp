@@ -80,20 +80,26 @@ void couple_part(const Terms& terms, const Term& term, NormalEquations::Constrai
   }
 }
 
-/// The rigid mass of a structural mode and a fitted mass of the axis give the same force, and no data can
-/// split them. All of it is assigned to the mass of the axis, which could otherwise come out as zero.
-void leave_mass_to_axis(const Terms& terms, const Term& term, NormalEquations::Constraints& constraints) {
-  const GainAt rigid = gain_at(terms, term, term.effect->traits.axis_mass_gain);
+/// Of two gains that give the same force, which no data can split, all of it is assigned to the other one.
+/// (The mass of the axis could otherwise come out as zero beside the rigid mass of a mode.)
+void leave_to_another(const Terms& terms, const Term& term, int gain,
+                      NormalEquations::Constraints& constraints) {
+  const GainAt same = gain_at(terms, term, gain);
   for (std::size_t set = 0; set < term.gain_sets(); ++set) {
-    constraints.lower(rigid.unknown(set)) = constraints.upper(rigid.unknown(set)) = 0.0;
+    constraints.lower(same.unknown(set)) = constraints.upper(same.unknown(set)) = 0.0;
   }
 }
 
 void couple_gains(const Terms& terms, NormalEquations::Constraints& constraints) {
   const bool free_mass = mass_is_free(terms);
+  const bool has_constant = find_role(terms, Role::constant_force) != nullptr;
   for (const Term& term : terms) {
-    if (term.effect->traits.part_of_another.gain >= 0) couple_part(terms, term, constraints);
-    if (free_mass && term.effect->traits.axis_mass_gain >= 0) leave_mass_to_axis(terms, term, constraints);
+    const EffectTraits& traits = term.effect->traits;
+    if (traits.part_of_another.gain >= 0) couple_part(terms, term, constraints);
+    if (free_mass && traits.axis_mass_gain >= 0)
+      leave_to_another(terms, term, traits.axis_mass_gain, constraints);
+    if (has_constant && traits.constant_gain >= 0)
+      leave_to_another(terms, term, traits.constant_gain, constraints);
   }
 }
 
