@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "tests/unit/estimate/estimate_support.h"
 #include "workbench/diagnose/alternatives/bursts.h"
@@ -212,6 +215,38 @@ TEST(LineAtRows, IsFoundInAShortLog) {
   const Structure line = line_at_rows(measurement, residual_N);
   EXPECT_NEAR(line.where, frequency_Hz, 0.05);
   EXPECT_GT(line.error_reduction, 0.5);
+}
+
+// Of a long log intervals are searched. A line that keeps its phase from one to the next is known to a part
+// of a period over the whole log; one that does not, to a part of a period over an interval.
+TEST(LineAtRows, IsFoundInAnExcerpt) {
+  constexpr double kRate_Hz = 500.0;
+  constexpr std::size_t kSamples = 60'000;
+  constexpr std::size_t kInterval = 5000;
+  const Log whole = test::wandering_log(3, kRate_Hz, kSamples);
+  std::vector<LogChunk> chunks;
+  for (const std::size_t first : {std::size_t{0}, std::size_t{20'000}, std::size_t{41'000}}) {
+    LogChunk chunk{whole, 0, first, kSamples, 0.2};
+    for (std::vector<double>* values : {&chunk.log.position_m, &chunk.log.force_N}) {
+      values->erase(values->begin() + static_cast<std::ptrdiff_t>(first + kInterval), values->end());
+      values->erase(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(first));
+    }
+    chunks.push_back(std::move(chunk));
+  }
+  const Measurement measurement(std::move(chunks), {});
+  ASSERT_EQ(measurement.parts().size(), 3u);
+  const double frequency_Hz = 0.4 * measurement.bandwidth_Hz() + 0.0137;
+  const Eigen::ArrayXd times = row_times(measurement).array();
+  for (const double turned : {0.0, 2.0}) {  // of the phase, between the intervals
+    Draw draw(7);
+    const Eigen::ArrayXd phase =
+        2.0 * std::numbers::pi * frequency_Hz * times + turned * (times / 39.0).floor();
+    const Structure line = line_at_rows(
+        measurement, 0.05 * draw.matrix(measurement.row_count(), 1) + (0.2 * phase.sin()).matrix());
+    const double length_s = turned == 0.0 ? 120.0 : 10.0;
+    EXPECT_NEAR(line.where, frequency_Hz, 0.05 / length_s) << turned;
+    EXPECT_GT(line.error_reduction, 0.6) << turned;
+  }
 }
 
 // Of a motion that repeats the strongest of its harmonics may be what the model leaves of it; a line between

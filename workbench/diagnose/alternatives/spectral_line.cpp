@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -98,19 +99,27 @@ Coherent coherent_in(const Measurement& measurement, const LogPart& part, const 
   return best;
 }
 
-/// The line of the largest amplitude among the parts, from its cosine and sine columns and their gains; two
+/// Derivative by the frequency of what cosine and sine columns with these gains make.
+Eigen::VectorXd slope_by_frequency(const Eigen::VectorXd& times, const Eigen::MatrixXd& columns,
+                                   const Eigen::VectorXd& gains) {
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(times.size());
+  for (Eigen::Index i = 0; i < gains.size(); i += 2) {
+    slope += 2.0 * std::numbers::pi *
+             times.cwiseProduct(gains(i + 1) * columns.col(i) - gains(i) * columns.col(i + 1));
+  }
+  return slope;
+}
+
+/// The line of the largest amplitude among the phases, from its cosine and sine columns and their gains; two
 /// standard errors to either side, frequency and gains jointly.
 Line with_intervals(const Eigen::VectorXd& times, const Halves& halves, const Eigen::MatrixXd& columns,
                     const Eigen::VectorXd& residual_N, double frequency_Hz, const Eigen::VectorXd& gains) {
   Eigen::MatrixXd all(columns.rows(), columns.cols() + 1);
   all.leftCols(columns.cols()) = columns;
-  auto slope = all.col(columns.cols());  // derivative by the frequency
-  slope.setZero();
+  all.col(columns.cols()) = slope_by_frequency(times, columns, gains);
   Line line{frequency_Hz};
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(all.cols(), 2);
   for (Eigen::Index i = 0; i < gains.size(); i += 2) {
-    slope += 2.0 * std::numbers::pi *
-             times.cwiseProduct(gains(i + 1) * columns.col(i) - gains(i) * columns.col(i + 1));
     const double amplitude_N = std::hypot(gains(i), gains(i + 1));
     if (amplitude_N <= line.amplitude_N) continue;
     line.amplitude_N = amplitude_N;
@@ -180,46 +189,88 @@ Structure no_line(const Eigen::VectorXd& residual_N) {
   return {Coordinate::frequency, 0.0, 0.0, "", Eigen::VectorXd::Zero(residual_N.size())};
 }
 
-/// The strongest line at the rows between `around_Hz` - `width_Hz` and `around_Hz` + `width_Hz`, of which
-/// `strongest_in` has most.
-Structure line_within(const Measurement& measurement, const LogPart& strongest_in,
-                      const Eigen::VectorXd& residual_N, double around_Hz, double width_Hz) {
-  const Eigen::VectorXd times = row_times(measurement);
-  // The phase must hold over each part: the frequency steps by 0.3 of a period over the longest part.
-  std::size_t longest = 0;
-  for (const LogPart& part : measurement.parts()) longest = std::max(longest, part.sample_count);
-  const double step_Hz = 0.3 / (static_cast<double>(longest) * measurement.tick_s());
-  const auto columns_at = [&](double frequency_Hz) {
-    const std::vector<LogPart>& parts = measurement.parts();
-    Eigen::MatrixXd columns =
-        Eigen::MatrixXd::Zero(residual_N.size(), 2 * static_cast<Eigen::Index>(parts.size()));
-    const Eigen::ArrayXd phase = 2.0 * std::numbers::pi * frequency_Hz * times.array();
-    for (std::size_t p = 0; p < parts.size(); ++p) {  // the phase differs from log to log
-      const auto first = static_cast<Eigen::Index>(parts[p].first_row);
-      const auto count = static_cast<Eigen::Index>(parts[p].row_count);
-      const auto column = 2 * static_cast<Eigen::Index>(p);
-      columns.col(column).segment(first, count) = phase.segment(first, count).cos();
-      columns.col(column + 1).segment(first, count) = phase.segment(first, count).sin();
-    }
-    return columns;
-  };
+/// Rows over which a line keeps its phase: a log, or a part of one (of an excerpt).
+enum class OnePhase { in_each_part, in_each_log };
+
+/// Cosine and sine of each phase at the rows.
+Eigen::MatrixXd line_columns(const Measurement& measurement, double frequency_Hz, OnePhase one_phase) {
+  const std::vector<LogPart>& parts = measurement.parts();
+  const bool of_log = one_phase == OnePhase::in_each_log;
+  const std::size_t phases = of_log ? measurement.log_count() : parts.size();
+  Eigen::MatrixXd columns =
+      Eigen::MatrixXd::Zero(measurement.row_count(), 2 * static_cast<Eigen::Index>(phases));
+  const Eigen::ArrayXd turned = 2.0 * std::numbers::pi * frequency_Hz * row_times(measurement).array();
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const auto first = static_cast<Eigen::Index>(parts[p].first_row);
+    const auto count = static_cast<Eigen::Index>(parts[p].row_count);
+    const auto column = 2 * static_cast<Eigen::Index>(of_log ? parts[p].log : p);
+    columns.col(column).segment(first, count) = turned.segment(first, count).cos();
+    columns.col(column + 1).segment(first, count) = turned.segment(first, count).sin();
+  }
+  return columns;
+}
+
+struct FoundLine {
+  double frequency_Hz = 0.0;
+  Eigen::MatrixXd columns;
+  HeldOut judged;
+};
+
+/// The strongest line within `width_Hz` of `around_Hz`: by steps of 0.3 of a period over `length_s`, then by
+/// Gauss-Newton steps between them, which converge that near the minimum.
+FoundLine strongest_line(const Measurement& measurement, const Eigen::VectorXd& residual_N, double around_Hz,
+                         double width_Hz, double length_s, OnePhase one_phase) {
+  FoundLine found;
+  found.frequency_Hz = around_Hz;
+  const double step_Hz = 0.3 / length_s;
   double strongest = 0.0;
-  double frequency_Hz = around_Hz;
   for (double f = around_Hz - width_Hz; f <= around_Hz + width_Hz; f += step_Hz) {
-    const double power = (columns_at(f).transpose() * residual_N).squaredNorm();
+    const double power = (line_columns(measurement, f, one_phase).transpose() * residual_N).squaredNorm();
     if (power > strongest) {
       strongest = power;
-      frequency_Hz = f;
+      found.frequency_Hz = f;
     }
   }
-  const Eigen::MatrixXd columns = columns_at(frequency_Hz);
-  const Halves halves = alternating_blocks(measurement);
-  const HeldOut judged = held_out(columns, residual_N, halves);
-  const Line line = with_intervals(times, halves, columns, residual_N, frequency_Hz, judged.value);
+  found.columns = line_columns(measurement, found.frequency_Hz, one_phase);
+  const double on_grid_Hz = found.frequency_Hz;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::LDLT<Eigen::MatrixXd> normal(found.columns.transpose() * found.columns);
+    const auto gains_of = [&](const Eigen::VectorXd& values) -> Eigen::VectorXd {
+      return normal.solve(found.columns.transpose() * values);
+    };
+    const Eigen::VectorXd slope =
+        slope_by_frequency(row_times(measurement), found.columns, gains_of(residual_N));
+    const Eigen::VectorXd free = slope - found.columns * gains_of(slope);  // what no gains can do instead
+    const double by_Hz = free.dot(residual_N) / std::max(free.squaredNorm(), 1e-300);
+    found.frequency_Hz = std::clamp(found.frequency_Hz + by_Hz, on_grid_Hz - step_Hz, on_grid_Hz + step_Hz);
+    found.columns = line_columns(measurement, found.frequency_Hz, one_phase);
+  }
+  found.judged = held_out(found.columns, residual_N, alternating_blocks(measurement));
+  return found;
+}
+
+/// The strongest line at the rows between `around_Hz` - `width_Hz` and `around_Hz` + `width_Hz`, of which
+/// `strongest_in` has most. Of an excerpt its phase may differ from part to part, or hold over the whole log:
+/// then its frequency is known far better.
+Structure line_within(const Measurement& measurement, const LogPart& strongest_in,
+                      const Eigen::VectorXd& residual_N, double around_Hz, double width_Hz) {
+  std::size_t longest = 0;
+  for (const LogPart& part : measurement.parts()) longest = std::max(longest, part.sample_count);
+  const double part_s = static_cast<double>(longest) * measurement.tick_s();
+  FoundLine found =
+      strongest_line(measurement, residual_N, around_Hz, width_Hz, part_s, OnePhase::in_each_part);
+  if (measurement.parts().size() > measurement.log_count()) {
+    FoundLine of_logs = strongest_line(measurement, residual_N, found.frequency_Hz, 0.3 / part_s,
+                                       measurement.longest_log_s(), OnePhase::in_each_log);
+    if (of_logs.judged.error_reduction > found.judged.error_reduction) found = std::move(of_logs);
+  }
+  const Line line = with_intervals(row_times(measurement), alternating_blocks(measurement), found.columns,
+                                   residual_N, found.frequency_Hz, found.judged.value);
   const std::span<const double> rows{residual_N.data() + strongest_in.first_row, strongest_in.row_count};
   if (is_harmonic_of_motion(measurement, strongest_in, line, {rows, measurement.row_rate_Hz()}))
     return no_line(residual_N);
-  return {Coordinate::frequency, judged.error_reduction, frequency_Hz, described(line), judged.explained};
+  return {Coordinate::frequency, found.judged.error_reduction, found.frequency_Hz, described(line),
+          found.judged.explained};
 }
 
 /// The largest amplitude of a line that the encoder makes: at a constant speed its steps come at one
