@@ -53,6 +53,23 @@ TEST(Search, ADriftInProportionToTimeIsADriftAlone) {
   EXPECT_LT(found.error_over_floor, 1.1);
 }
 
+// Beside a delay friction follows the velocity late, as a lubricant film does. Neither Stribeck friction nor
+// a delay alone is better than a lag.
+TEST(Search, ADelayBesideStribeckFrictionIsNoLag) {
+  constexpr std::uint64_t kSeed = 31;
+  sim::Bench bench = sim::draw_bench(sim::Setup::kRandom, kSeed);
+  const sim::MotionProgramme programme = sim::draw_programme(bench, kSeed);
+  sim::add_effects(bench.axis, {sim::EffectId::kStribeck}, programme, bench.rate_Hz, 0.0, kSeed);
+  Log log = test::log_of(bench.axis, sim::simulate_log(bench.axis, programme, bench.rate_Hz, kSeed));
+  const auto late = static_cast<std::ptrdiff_t>(std::lround(0.005 * log.sample_rate_Hz));
+  std::rotate(log.force_N.begin(), log.force_N.end() - late, log.force_N.end());
+  const Diagnosis diagnosis = test::diagnosed(log);
+  std::vector<std::string> added;
+  for (std::size_t i = 1; i < diagnosis.steps.size(); ++i) added.push_back(diagnosis.steps[i].effect);
+  std::sort(added.begin(), added.end());
+  EXPECT_EQ(added, (std::vector<std::string>{"stribeck", "time_delay"}));
+}
+
 /// The position of moves of fifth order to and fro, each within `move_s`, with as long a rest before it.
 double moved_m(double time_s, double move_s) {
   const double cycle = time_s / (2.0 * move_s);

@@ -9,6 +9,7 @@
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
 #include "workbench/diagnose/alternatives/causes.h"
+#include "workbench/diagnose/evidence/bounds.h"
 #include "workbench/diagnose/evidence/contains_zero.h"
 #include "workbench/diagnose/evidence/implausible_causes.h"
 #include "workbench/diagnose/evidence/plausibility.h"
@@ -137,9 +138,10 @@ bool is_equal_each_way(const Measurement& measurement, const FittedModel& model,
 }
 
 /// Whether the log determines nothing of the term: its one gain is within two standard errors of zero, or the
-/// times of a delay are, each and together; or each of several gains is, and a shape is anything, its
-/// standard error above its value. Of several gains each may be within two where together they are not. What
-/// a map is, no single gain tells.
+/// times of a delay are, each and together; or each of several gains is, and a shape is anything: its
+/// standard error is above its value, or its search ended at a bound (but the frequency of a mode above the
+/// band, for which has_implausible_mode() asks more). Of several gains each may be within two where together
+/// they are not. What a map is, no single gain tells.
 bool is_undetermined(const Measurement& measurement, const FittedModel& model, const Term& term) {
   if (directional_term(model.terms) == &term) return is_equal_each_way(measurement, model, term);
   if (term.effect->has_shape(ShapeKind::travel)) return false;
@@ -149,7 +151,8 @@ bool is_undetermined(const Measurement& measurement, const FittedModel& model, c
   }
   if (term.gains_per_set() == 1) return true;
   for (std::size_t i = 0; i < term.shapes.size(); ++i) {
-    if (term.shape_standard_error(i) > std::abs(term.shapes[i])) return true;
+    const bool ended = shape_ended_at_bound(term, i) && term.effect->shapes[i].kind != ShapeKind::frequency;
+    if (ended || term.shape_standard_error(i) > std::abs(term.shapes[i])) return true;
   }
   return false;
 }
@@ -219,6 +222,36 @@ void exchange_effects(const SelectionContext& context, const std::vector<Trial>&
           !is_implausible(context.measurement, context.baseline, replaced.model)) {
         explanation = std::move(replaced);
       }
+    }
+  }
+}
+
+void exchange_for_delayed_special_cases(const SelectionContext& context, const std::vector<Trial>& alone,
+                                        const std::vector<std::string>& refused, Explanation& explanation) {
+  const std::string delay = effect_with_role(Role::measurement_delay).id();
+  const auto is_open = [&](const std::string& id) {
+    return find_trial(alone, id) != nullptr && find_term(explanation.model.terms, id) == nullptr &&
+           std::find(refused.begin(), refused.end(), id) == refused.end();
+  };
+  for (std::size_t i = 0; i < explanation.added.size(); ++i) {
+    const std::string general = explanation.added[i];
+    const std::string special = find_term(explanation.model.terms, general)->effect->traits.special_case.id;
+    if (!is_open(special) || !is_open(delay)) continue;
+    FittedModel model =
+        fit_gains(context.measurement, without(explanation.model.terms, general), &explanation.model);
+    for (const std::string& id : {special, delay}) {
+      const EffectDescription& effect = *find_trial(alone, id)->term.effect;
+      Trial trial = with_shapes_searched(context.measurement, model,
+                                         try_at_best_start(context.measurement, model, effect), kFirstLook);
+      model = fit_gains(context.measurement, std::move(trial.terms), &model);
+    }
+    model = refine_shapes_in_turn(context.measurement, std::move(model), kRefinement);
+    Explanation delayed{refine_delay(context.measurement, std::move(model)),
+                        with_other(explanation.added, general, special)};
+    delayed.added.push_back(delay);
+    if (is_better(context, delayed, explanation) &&
+        !is_implausible(context.measurement, context.baseline, delayed.model)) {
+      explanation = std::move(delayed);
     }
   }
 }

@@ -31,4 +31,10 @@ std::vector<std::string> drop_undetermined(const SelectionContext& context, Expl
 void exchange_effects(const SelectionContext& context, const std::vector<Trial>& alone,
                       const std::vector<std::string>& refused, Explanation& explanation);
 
+/// Exchanges an effect for its special case and a delay where both together are better: a delay makes
+/// friction follow the velocity late, as a frictional lag does, and a payload swing, as a mode does. Alone
+/// neither is better, so that no exchange of one effect for another finds them. `alone` as above.
+void exchange_for_delayed_special_cases(const SelectionContext& context, const std::vector<Trial>& alone,
+                                        const std::vector<std::string>& refused, Explanation& explanation);
+
 }  // namespace slipstack::workbench

@@ -86,14 +86,16 @@ Trial try_with(const Measurement& measurement, const FittedModel& from, const Ef
              : try_effect(measurement, from, effect, effort, near);
 }
 
-/// An effect on top of an explanation with the shapes that the first level found. Pitches and frequencies,
-/// whose best values may differ with another residual, and shapes of what the first level did not show, are
+/// An effect on top of an explanation with the shapes that the first level found. Pitches, frequencies and
+/// delays, whose best values may differ with another residual (what a delay alone shifts best may be all but
+/// the ripple that it delays most), and shapes of what the first level did not show, are
 /// those of their best starting point; what is found from the residual is found anew.
 Trial look_again(const Measurement& measurement, const FittedModel& from, const EffectDescription& effect,
                  const std::vector<Trial>& alone) {
   const Trial* const first = find_trial(alone, effect.text.id);
   const bool elsewhere = first == nullptr || first->below_visible || effect.has_shape(ShapeKind::pitch) ||
-                         effect.has_shape(ShapeKind::frequency) || effect.has_shape(ShapeKind::user_defined);
+                         effect.has_shape(ShapeKind::frequency) || effect.has_shape(ShapeKind::delay) ||
+                         effect.has_shape(ShapeKind::user_defined);
   return elsewhere ? try_at_best_start(measurement, from, effect)
                    : try_with(measurement, from, effect, kUnmoved, &first->term.shapes);
 }
