@@ -64,6 +64,7 @@ const char* name_of(Verdict verdict);
 struct OutsideCauses {
   std::vector<Structure> causes;  ///< the one that lowers the error most first
   bool explain_most = false;      ///< they alone leave a smaller error than the effects alone
+  bool replace_friction = false;  ///< one is dry friction of another form, in the place of the hysteresis
   /// Effects that were chosen beside the causes, and are no steps without them.
   std::vector<std::string> beside;
 };

@@ -234,10 +234,14 @@ Structure cause_and_what_is_above(const Measurement& measurement, const Diagnosi
   return first;
 }
 
-/// The verdict where causes outside the catalogue compete with the effects: the stronger of both.
+/// The verdict where causes outside the catalogue compete with the effects: the stronger of both, and none of
+/// the effects where they explain less than half and leave much (unless that is the form of the friction).
 void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
   const bool tells = prefer_other_structure(measurement, diagnosis);
-  const bool named = diagnosis.steps.size() > 1 && !diagnosis.outside.explain_most;
+  const OutsideCauses& outside = diagnosis.outside;
+  const bool named = diagnosis.steps.size() > 1 && !outside.explain_most &&
+                     (outside.replace_friction || !insufficient(diagnosis));
+  if (!named && !tells) diagnosis.outside.causes.front() = structure_left(measurement, diagnosis).front();
   diagnosis.unexplained = tells || !named ? std::optional(cause_and_what_is_above(measurement, diagnosis))
                                           : above_bandwidth(measurement, diagnosis);
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;

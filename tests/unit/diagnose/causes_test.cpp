@@ -126,6 +126,17 @@ TEST(Causes, AnOffsetKeepsItsNameBesideACurveOfLess) {
   EXPECT_EQ(is.steps[1].effect, "offset_force");
 }
 
+// Two breaks anywhere fit whatever differs between two parts of a log: a change that explains less than half
+// of what there is, is none.
+TEST(Causes, AChangeThatExplainsLittleIsNotTold) {
+  const Diagnosis is = diagnosed(log_and_force(0.0, [](double time_s, double position_m) {
+    return (time_s > 5.0 && time_s < 8.0 ? 1.3 : 1.0) * 2.0 * strong_N() *
+           std::sin(2.0 * std::numbers::pi * 0.9 * time_s + 200.0 * position_m);
+  }));
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->description.find("changes at"), std::string::npos) << is.unexplained->description;
+}
+
 // The values that the description states are those that were hidden.
 TEST(Causes, StateTheirValues) {
   const Diagnosis line = diagnosed(log_and_force(0.0, hum));

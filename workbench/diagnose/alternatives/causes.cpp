@@ -13,6 +13,7 @@
 #include "workbench/base/axis_words.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
+#include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/nonlinear/tangent.h"
 
 namespace slipstack::workbench {
@@ -388,12 +389,21 @@ Structure place_and_text(const DescribedCause& described) {
   return structure;
 }
 
+bool is_change_in_time(const EffectDescription& cause) {
+  return form_of(cause) == CauseForm::change_at_a_time || form_of(cause) == CauseForm::load_from_a_time;
+}
+
 }  // namespace
 
 Structure described_cause(const Measurement& measurement, const FittedModel& model, const Term& cause,
                           double without_N, const std::vector<std::string>& beside) {
   Structure structure = place_and_text(DescribedCause(measurement, model, cause));
   structure.error_reduction = 1.0 - model.holdout_rmse_N / std::max(without_N, 1e-300);
+  // Two breaks anywhere fit whatever differs between two parts of a log.
+  if (is_change_in_time(*cause.effect) &&
+      !explains_most(without_N, model.holdout_rmse_N, measurement.noise_floor_N())) {
+    structure.determined = false;
+  }
   structure.description += fmt::format("; with it{} the held-out error is {}",
                                        beside.empty() ? "" : fmt::format(" and {}", fmt::join(beside, ", ")),
                                        quantity(model.holdout_rmse_N, "N"));

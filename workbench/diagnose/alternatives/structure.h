@@ -25,7 +25,7 @@ struct Structure {
   Eigen::VectorXd explained_N;  ///< the part of the residual that the structure explains, at the rows
   bool only_where = false;      ///< it tells when the residual is large, and no force
   bool free_curve = false;      ///< it is one of many values, without a form of its own
-  bool determined = true;       ///< a value that it tells is larger than the interval of that
+  bool determined = true;       ///< by the log: a value is larger than its interval, a change explains most
 };
 
 /// Searches `residual_N` (rows) for structure along every coordinate: one for each, the strongest first.

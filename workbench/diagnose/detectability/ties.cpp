@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
+#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "workbench/base/axis_words.h"
 #include "workbench/base/parallel.h"
+#include "workbench/base/statistics.h"
 #include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/forward_selection.h"
@@ -129,6 +132,12 @@ std::vector<const Candidate*> promising(const std::vector<Candidate>& candidates
   return most;
 }
 
+/// Whether most of the one force is in the other (in the mean square). Two that explain the same share of the
+/// error by forces that have nothing in common are no tie: neither takes the place of the other.
+bool is_mostly_the_same(const Separation& pair) {
+  return squared(std::cos(pair.angle_deg * std::numbers::pi / 180.0)) > kMajority;
+}
+
 /// The ties of candidates, each alone, where no effect is named.
 std::vector<Separation> ties_of_candidates(const SelectionContext& context, const Diagnosis& diagnosis) {
   const std::vector<const Candidate*> all = promising(diagnosis.candidates);
@@ -140,9 +149,10 @@ std::vector<Separation> ties_of_candidates(const SelectionContext& context, cons
       const bool supported =
           is_supported(all[i]->criterion_difference) || is_supported(all[j]->criterion_difference);
       if (!supported || !is_tie(context, models[i], models[j])) continue;
-      ties.push_back(separations(context.measurement, diagnosis.baseline, {all[i]->term, all[j]->term},
-                                 diagnosis.noise_floor_N)
-                         .front());
+      Separation pair = separations(context.measurement, diagnosis.baseline, {all[i]->term, all[j]->term},
+                                    diagnosis.noise_floor_N)
+                            .front();
+      if (is_mostly_the_same(pair)) ties.push_back(std::move(pair));
     }
   }
   return ties;
