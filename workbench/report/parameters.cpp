@@ -100,6 +100,11 @@ std::string name_of_level(const Term& term, std::size_t set) {
                      of_log(term, set * term.gains_per_set()));
 }
 
+/// "mass", of a rotary axis "moment of inertia"; any other gain by its own name.
+const char* name_of_gain(const Term& term, const GainGroup& group) {
+  return term.effect->has_role(Role::inertia) ? mass_word() : group.name;
+}
+
 }  // namespace
 
 json parameters_json(const Terms& terms) {
@@ -172,8 +177,7 @@ std::string values_text(const Terms& terms, const std::vector<std::string>& ids)
       if (group.count > 1) continue;
       const std::string note = gain_note(term, g);
       const double error = note.empty() ? term.gain_standard_error(g) : 0.0;
-      const char* const name = term.effect->has_role(Role::inertia) ? mass_word() : group.name;
-      values.push_back(fmt::format("{}{} {}{}", name, of_log(term, g),
+      values.push_back(fmt::format("{}{} {}{}", name_of_gain(term, group), of_log(term, g),
                                    with_interval(term.gains[g], error, group.unit),
                                    note.empty() ? "" : " (" + note + ")"));
     }
@@ -209,7 +213,8 @@ std::string parameter_table(const Terms& terms) {
     for (std::size_t g = 0; g < term.gains.size(); ++g) {
       const GainGroup& group = term.effect->group_of_gain(static_cast<int>(g % count));
       const std::string name =
-          (group.count > 1 ? fmt::format("{} {}", group.name, g % count + 1) : group.name) + of_log(term, g);
+          (group.count > 1 ? fmt::format("{} {}", group.name, g % count + 1) : name_of_gain(term, group)) +
+          of_log(term, g);
       const std::string note = gain_note(term, g);
       const double error = note.empty() ? term.gain_standard_error(g) : 0.0;
       text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name,

@@ -65,15 +65,21 @@ std::string nothing_named(const json& result, const EffectName& name) {
                      why_not_named(*best, number_of(result["noise_floor_N"])));
 }
 
-/// An effect that alone leaves less than all that are named together is not passed over in silence either.
+/// An effect that alone leaves less than the first one that is named, or than all of them together, is not
+/// passed over in silence either.
 std::string better_alone(const json& result, const EffectName& name) {
   const json* const best = refused(result);
-  const double named_N = number_of(result["steps"].back()["holdout_rmse_N"]);
-  if (best == nullptr || !is_worth_a_name(named_N, number_of((*best)["holdout_rmse_N"]))) return "";
+  if (best == nullptr) return "";
   if (!best->value("confounded_with", json::array()).empty()) return "";  // told as a tie
-  return fmt::format(" {} alone would leave less, {}, but {}", name((*best)["effect"].get<std::string>()),
-                     newtons(number_of((*best)["holdout_rmse_N"])),
-                     why_not_named(*best, number_of(result["noise_floor_N"])));
+  const double alone_N = number_of((*best)["holdout_rmse_N"]);
+  const json& steps = result["steps"];
+  std::string than;
+  if (!is_worth_a_name(number_of(steps.back()["holdout_rmse_N"]), alone_N)) {
+    if (!is_worth_a_name(number_of(steps[1]["holdout_rmse_N"]), alone_N)) return "";
+    than = " than " + name(steps[1]["effect"].get<std::string>());
+  }
+  return fmt::format(" {} alone would leave less{}, {}, but {}", name((*best)["effect"].get<std::string>()),
+                     than, newtons(alone_N), why_not_named(*best, number_of(result["noise_floor_N"])));
 }
 
 /// What a model leaves beyond the noise floor, where that is more than the floor: its form is then not that
