@@ -254,8 +254,7 @@ class Assembler {
       if (!wraps_at(position_m, i, *highest - *lowest)) continue;
       throw InputError(fmt::format(
           "{}: column {}: the position jumps from {:.6g} to {:.6g} {}, one end of its range to the other, "
-          "while "
-          "the axis moves on, as a counter does that is full; write the position without such jumps",
+          "while the axis moves on, as a counter does that is full; write the position without such jumps",
           table_.where_row(i), table_.columns[plan_[Quantity::kPosition]->column].name, position_m[i - 1],
           position_m[i], axis_unit("m")));
     }

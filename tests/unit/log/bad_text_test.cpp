@@ -225,8 +225,7 @@ const BadText kWhole[] = {
      "log.csv: column position_m: the position never moves by more than one encoder"},
     {"FullCounter", full_counter(),
      "log.csv:102: column position_m: the position jumps from 0.099 to 0 m, one end of its range to the "
-     "other, "
-     "while the axis moves on, as a counter does that is full; "},
+     "other, while the axis moves on, as a counter does that is full; "},
     {"StillForce", still_force(), "log.csv: column force_N: the force never changes (it is always 1.5 N); "},
     {"CountsBeyondNumbers",
      "# encoder_resolution_m: 1e300\ntime_s,position_counts,force_N\n0,1e10,0\n" +

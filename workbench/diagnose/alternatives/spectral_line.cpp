@@ -210,6 +210,7 @@ Eigen::MatrixXd line_columns(const Measurement& measurement, double frequency_Hz
   return columns;
 }
 
+/// A line and how much of a residual it explains.
 struct FoundLine {
   double frequency_Hz = 0.0;
   Eigen::MatrixXd columns;

@@ -19,7 +19,7 @@ constexpr int kBlocksPerFold = 6;
 
 /// By how many blocks the folds shift along a motion with a period of `blocks_of_period`, from its first
 /// repetition to its last of `periods`. Below one each fold leaves out the same part of every repetition,
-/// so that the others have never seen it. Within a part of a fold the period is in every fold anyway.
+/// so that the others have never seen it. A period of less than half a round of the folds is in all of them.
 double shift_of_folds(double blocks_of_period, double periods) {
   const double folds = std::round(blocks_of_period / kFolds);
   return folds == 0.0 ? periods : std::abs(blocks_of_period - kFolds * folds) * periods;
