@@ -70,9 +70,11 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
   for (Candidate& candidate : candidates) set_reduction(diagnosis.baseline, candidate);
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const auto& a, const auto& b) { return a.holdout_rmse_N < b.holdout_rmse_N; });
-  std::stable_partition(candidates.begin(), candidates.end(), [&](const auto& candidate) {
+  const auto others = std::stable_partition(candidates.begin(), candidates.end(), [&](const auto& candidate) {
     return std::find(added.begin(), added.end(), candidate.term.id()) != added.end();
   });
+  std::stable_partition(candidates.begin(), others,
+                        [](const auto& one) { return is_supported(one.criterion_difference); });
 }
 
 void put_first(Diagnosis& diagnosis, const std::string& effect) {

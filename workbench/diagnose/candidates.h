@@ -13,7 +13,8 @@ namespace slipstack::workbench {
 std::vector<Candidate> list_candidates(const Measurement& measurement, const Found& found);
 
 /// Sorts the candidates by the error that each leaves alone; those of the explanation (`added`) before the
-/// others, since if two effects are missing, a third may be better alone than either.
+/// others, since if two effects are missing, a third may be better alone than either; of them those first
+/// that the log supports alone, since the first is the first step.
 void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added);
 
 /// Moves a candidate before all others. Where errors of the excerpt were replaced by those of whole logs,
