@@ -192,14 +192,15 @@ Structure no_line(const Eigen::VectorXd& residual_N) {
 /// Rows over which a line keeps its phase: a log, or a part of one (of an excerpt).
 enum class OnePhase { in_each_part, in_each_log };
 
-/// Cosine and sine of each phase at the rows.
-Eigen::MatrixXd line_columns(const Measurement& measurement, double frequency_Hz, OnePhase one_phase) {
+/// Cosine and sine of each phase at the rows, of which `times` are known.
+Eigen::MatrixXd line_columns(const Measurement& measurement, const Eigen::VectorXd& times,
+                             double frequency_Hz, OnePhase one_phase) {
   const std::vector<LogPart>& parts = measurement.parts();
   const bool of_log = one_phase == OnePhase::in_each_log;
   const std::size_t phases = of_log ? measurement.log_count() : parts.size();
   Eigen::MatrixXd columns =
       Eigen::MatrixXd::Zero(measurement.row_count(), 2 * static_cast<Eigen::Index>(phases));
-  const Eigen::ArrayXd turned = 2.0 * std::numbers::pi * frequency_Hz * row_times(measurement).array();
+  const Eigen::ArrayXd turned = 2.0 * std::numbers::pi * frequency_Hz * times.array();
   for (std::size_t p = 0; p < parts.size(); ++p) {
     const auto first = static_cast<Eigen::Index>(parts[p].first_row);
     const auto count = static_cast<Eigen::Index>(parts[p].row_count);
@@ -219,34 +220,37 @@ struct FoundLine {
 
 /// The strongest line within `width_Hz` of `around_Hz`: by steps of 0.3 of a period over `length_s`, then by
 /// Gauss-Newton steps between them, which converge that near the minimum.
-FoundLine strongest_line(const Measurement& measurement, const Eigen::VectorXd& residual_N, double around_Hz,
-                         double width_Hz, double length_s, OnePhase one_phase) {
+FoundLine strongest_line(const Measurement& measurement, const Eigen::VectorXd& times, const Halves& halves,
+                         const Eigen::VectorXd& residual_N, double around_Hz, double width_Hz,
+                         double length_s, OnePhase one_phase) {
+  const auto columns_at = [&](double frequency_Hz) {
+    return line_columns(measurement, times, frequency_Hz, one_phase);
+  };
   FoundLine found;
   found.frequency_Hz = around_Hz;
   const double step_Hz = 0.3 / length_s;
   double strongest = 0.0;
   for (double f = around_Hz - width_Hz; f <= around_Hz + width_Hz; f += step_Hz) {
-    const double power = (line_columns(measurement, f, one_phase).transpose() * residual_N).squaredNorm();
+    const double power = (columns_at(f).transpose() * residual_N).squaredNorm();
     if (power > strongest) {
       strongest = power;
       found.frequency_Hz = f;
     }
   }
-  found.columns = line_columns(measurement, found.frequency_Hz, one_phase);
+  found.columns = columns_at(found.frequency_Hz);
   const double on_grid_Hz = found.frequency_Hz;
   for (int i = 0; i < 3; ++i) {
     const Eigen::LDLT<Eigen::MatrixXd> normal(found.columns.transpose() * found.columns);
     const auto gains_of = [&](const Eigen::VectorXd& values) -> Eigen::VectorXd {
       return normal.solve(found.columns.transpose() * values);
     };
-    const Eigen::VectorXd slope =
-        slope_by_frequency(row_times(measurement), found.columns, gains_of(residual_N));
+    const Eigen::VectorXd slope = slope_by_frequency(times, found.columns, gains_of(residual_N));
     const Eigen::VectorXd free = slope - found.columns * gains_of(slope);  // what no gains can do instead
     const double by_Hz = free.dot(residual_N) / std::max(free.squaredNorm(), 1e-300);
     found.frequency_Hz = std::clamp(found.frequency_Hz + by_Hz, on_grid_Hz - step_Hz, on_grid_Hz + step_Hz);
-    found.columns = line_columns(measurement, found.frequency_Hz, one_phase);
+    found.columns = columns_at(found.frequency_Hz);
   }
-  found.judged = held_out(found.columns, residual_N, alternating_blocks(measurement));
+  found.judged = held_out(found.columns, residual_N, halves);
   return found;
 }
 
@@ -255,18 +259,20 @@ FoundLine strongest_line(const Measurement& measurement, const Eigen::VectorXd& 
 /// then its frequency is known far better.
 Structure line_within(const Measurement& measurement, const LogPart& strongest_in,
                       const Eigen::VectorXd& residual_N, double around_Hz, double width_Hz) {
+  const Eigen::VectorXd times = row_times(measurement);
+  const Halves halves = alternating_blocks(measurement);
   std::size_t longest = 0;
   for (const LogPart& part : measurement.parts()) longest = std::max(longest, part.sample_count);
   const double part_s = static_cast<double>(longest) * measurement.tick_s();
-  FoundLine found =
-      strongest_line(measurement, residual_N, around_Hz, width_Hz, part_s, OnePhase::in_each_part);
+  FoundLine found = strongest_line(measurement, times, halves, residual_N, around_Hz, width_Hz, part_s,
+                                   OnePhase::in_each_part);
   if (measurement.parts().size() > measurement.log_count()) {
-    FoundLine of_logs = strongest_line(measurement, residual_N, found.frequency_Hz, 0.3 / part_s,
-                                       measurement.longest_log_s(), OnePhase::in_each_log);
+    FoundLine of_logs = strongest_line(measurement, times, halves, residual_N, found.frequency_Hz,
+                                       0.3 / part_s, measurement.longest_log_s(), OnePhase::in_each_log);
     if (of_logs.judged.error_reduction > found.judged.error_reduction) found = std::move(of_logs);
   }
-  const Line line = with_intervals(row_times(measurement), alternating_blocks(measurement), found.columns,
-                                   residual_N, found.frequency_Hz, found.judged.value);
+  const Line line =
+      with_intervals(times, halves, found.columns, residual_N, found.frequency_Hz, found.judged.value);
   const std::span<const double> rows{residual_N.data() + strongest_in.first_row, strongest_in.row_count};
   if (is_harmonic_of_motion(measurement, strongest_in, line, {rows, measurement.row_rate_Hz()}))
     return no_line(residual_N);
