@@ -77,8 +77,9 @@ double mass_of(const Log& log, const std::vector<Pulse>& pulses) {
     if (pulse.impulse_Ns * pulse.velocity_step_mps > 0.0)
       masses_kg.push_back(pulse.impulse_Ns / pulse.velocity_step_mps);
   }
-  return masses_kg.size() < kFewestPulses ? rough_mass_kg(log.position_m, log.force_N, log.sample_rate_Hz, {})
-                                          : median(masses_kg);
+  if (masses_kg.size() >= kFewestPulses) return median(masses_kg);
+  return rough_mass_kg(log.position_m, log.force_N, log.sample_rate_Hz,
+                       log.encoder_resolution_m.value_or(0.0), {});
 }
 
 }  // namespace

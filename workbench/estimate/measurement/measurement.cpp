@@ -60,9 +60,9 @@ Measurement::Measurement(JoinedLogs joined, const ConditioningOptions& options)
   force_noise_given_ = options.force_noise_N > 0.0;
   for (LogPart& part : parts_) {
     const std::vector<double> force_N = part_of(log_->force_N, part);
-    part.rough_mass_kg =
-        part.mass_kg ? *part.mass_kg
-                     : rough_mass_kg(part_of(log_->position_m, part), force_N, sample_rate_Hz(), part.cut);
+    part.rough_mass_kg = part.mass_kg ? *part.mass_kg
+                                      : rough_mass_kg(part_of(log_->position_m, part), force_N,
+                                                      sample_rate_Hz(), part.encoder_resolution_m, part.cut);
     part.force_noise_N = force_noise_given_ ? options.force_noise_N : noise_of_samples(force_N, part.cut);
   }
   share_noise();
