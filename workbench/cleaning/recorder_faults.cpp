@@ -344,6 +344,18 @@ bool is_switched(const Log& log, double noise_N, const Interval& idle, std::ptrd
          std::min(std::abs(before_m), std::abs(after_m)) > encoder_step_m(log);
 }
 
+/// Whether the axis is as fast at the end of an idle interval as at its start: without a drive, friction
+/// slows it down. Where a constant force balances the friction, a drive moves it evenly without any force.
+bool keeps_its_speed(const Log& log, const Interval& idle) {
+  constexpr double kSame = 0.9;  // of the faster of both; chosen
+  const std::size_t part = idle.size() / 3;
+  const auto travel_m = [&](std::size_t first) {
+    return std::abs(log.position_m[first + part] - log.position_m[first]);
+  };
+  const auto [slow, fast] = std::minmax(travel_m(idle.first), travel_m(idle.end - part - 1));
+  return slow > kSame * fast;
+}
+
 /// Whether the axis starts from rest in an idle interval, which nothing but the drive or a hand makes it do.
 bool starts_from_rest(const Log& log, const Interval& idle) {
   const auto rest = static_cast<std::size_t>(std::max(2.0, kRest_s * log.sample_rate_Hz));
@@ -381,16 +393,16 @@ std::vector<Interval> forceless_motion(const Log& log, double noise_N) {
     }
   }
   if (static_cast<double>(samples_in(idle)) / static_cast<double>(count) > kLargestShare) return {};
-  // The windows at either edge still contained some force: half a window more is cut.
-  for (Interval& one : idle) {
+  std::vector<Interval> off;
+  for (Interval one : idle) {
+    const bool even = keeps_its_speed(log, one);
+    // The windows at either edge still contained some force: half a window more is cut.
     one.first = one.first > window / 2 ? one.first - window / 2 : 0;
     one.end = std::min(count, one.end + window / 2);
+    const bool switched = is_switched(log, noise_N, one, -1) || is_switched(log, noise_N, one, 1);
+    if ((switched && !even) || starts_from_rest(log, one)) off.push_back(one);
   }
-  std::erase_if(idle, [&](const Interval& one) {
-    return !is_switched(log, noise_N, one, -1) && !is_switched(log, noise_N, one, 1) &&
-           !starts_from_rest(log, one);
-  });
-  return idle;
+  return off;
 }
 
 }  // namespace slipstack::workbench

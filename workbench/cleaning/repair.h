@@ -24,7 +24,8 @@ struct Repairs {
 /// - outliers of force or position, up to three in a row: interpolated. Many close together are a burst,
 ///   caused by the axis or its surroundings, and are kept; so is a pulse of the force that moved the axis,
 ///   and so are impacts of the drive, which are reported.
-/// - a force that is recorded at a lower rate than the position: noted with its delay, or refused.
+/// - a force that is recorded at a lower rate than the position: noted with its delay, or refused (for a
+///   position at a lower rate see held_position.h).
 /// - samples that repeat the one before, where noise makes that impossible: interpolated.
 /// - force at its limit, or frozen without its noise (drive off, sensor lost): cut. Not at standstill in a
 ///   log whose force has no noise there, and nowhere in one whose header says `current_source: commanded`.

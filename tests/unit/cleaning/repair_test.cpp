@@ -436,6 +436,32 @@ TEST(Repair, AForceThatPassesZeroEvenlyIsNoDriveOff) {
     EXPECT_EQ(note.find("without any force"), std::string::npos) << note;
 }
 
+// A load whose weight is as large as the friction: down, the axis moves evenly without any force.
+TEST(Repair, AConstantForceThatBalancesFrictionIsNoDriveOff) {
+  constexpr double kRate_Hz = 1000.0;
+  constexpr double kFriction_N = 5.0;
+  test::Draw draw(14);
+  Log log;
+  log.sample_rate_Hz = kRate_Hz;
+  log.encoder_resolution_m = 1e-6;
+  double x_m = 0.0;
+  double v_mps = 0.0;
+  for (int move = 0; move < 20; ++move) {
+    const double way = move % 2 == 0 ? 1.0 : -1.0;
+    for (double t_s = 0.0; t_s < 2.0; t_s += 1.0 / kRate_Hz) {
+      const double a_mps2 = t_s < 0.2 ? way : t_s < 1.2 ? 0.0 : t_s < 1.4 ? -way : 0.0;
+      v_mps += a_mps2 / kRate_Hz;
+      x_m += v_mps / kRate_Hz;
+      const double dry_N = t_s < 1.4 ? kFriction_N * way : 0.0;
+      log.position_m.push_back(1e-6 * std::round(1e6 * x_m));
+      log.force_N.push_back(1e-5 *
+                            std::round(1e5 * (8.0 * a_mps2 + dry_N + kFriction_N + 0.05 * draw.normal())));
+    }
+  }
+  for (const std::string& note : repair(log).notes)
+    EXPECT_EQ(note.find("without any force"), std::string::npos) << note;
+}
+
 TEST(Repair, TooMuchIsRefused) {
   Log log = plant_log(18);
   test::Draw draw(9);

@@ -8,6 +8,7 @@
 
 #include "workbench/base/axis_units.h"
 #include "workbench/base/text.h"
+#include "workbench/cleaning/held_position.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
@@ -69,6 +70,12 @@ JoinedLogs join(std::vector<Log> logs) {
 
 JoinedLogs join(std::vector<LogChunk> chunks) {
   if (chunks.empty()) throw InputError("no log");
+  std::vector<std::optional<std::string>> of_updates;
+  for (LogChunk& chunk : chunks) {
+    const bool whole = chunk.is_whole();
+    of_updates.push_back(whole ? keep_updates_of_position(chunk.log) : std::nullopt);
+    if (whole) chunk.log_samples = chunk.log.position_m.size();
+  }
   JoinedLogs joined;
   std::size_t next = 0;
   for (LogChunk& chunk : chunks) {
@@ -80,6 +87,8 @@ JoinedLogs join(std::vector<LogChunk> chunks) {
     part.jumps = std::move(repairs.jumps);
     part.impacts = std::move(repairs.impacts);
     part.repaired = std::move(repairs.notes);
+    const std::optional<std::string>& note = of_updates[joined.parts.size()];
+    if (note) part.repaired.insert(part.repaired.begin(), *note);
     part.path = log.path;
     part.log = chunk.log_index;
     part.log_travel_m = chunk.log_travel_m;
