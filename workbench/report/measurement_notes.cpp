@@ -112,7 +112,7 @@ json method_notes(const Measurement& measurement) {
       axis_is_rotary() ? "Torque" : "Force", measurement.bandwidth_Hz(), measurement.row_count(),
       1e3 * static_cast<double>(measurement.row_stride()) * measurement.tick_s()));
   if (measurement.burn_in_s() > 0.0) {
-    notes.push_back(fmt::format("The first {} are left out: the state of the hysteresis is not known there.",
+    notes.push_back(fmt::format("The first {} are left out: how the axis moved before the log is not known.",
                                 quantity(measurement.burn_in_s(), "s")));
   }
   notes.push_back(fmt::format(

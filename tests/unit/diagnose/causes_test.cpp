@@ -439,7 +439,7 @@ TEST(Causes, BlowsAfterLoadReversalsAreBacklash) {
   double since_s = 1e9;
   double strength_N = 0.0;
   test::Draw draw(5);
-  const Log log = test::log_of(kSampling_Hz, 40'000, x, [&](double t) {
+  const Log log = test::log_of(kSampling_Hz, 46'000, x, [&](double t) {
     deflection_m = std::clamp(deflection_m + x(t) - before_m, -kSlip_m, kSlip_m);
     before_m = x(t);
     const double load_N = kMass_kg * a(t) + kFriction_N * deflection_m / kSlip_m;

@@ -108,7 +108,7 @@ TEST(Criterion, OfAMotionThatRepeatsIsThatOfOnePeriod) {
     const auto phase = [&](double t) { return 2.0 * std::numbers::pi * t / period_s; };
     const Log log = test::log_of(
         500.0, static_cast<std::size_t>(500.0 * period_s * periods),
-        [&](double t) { return 0.05 * std::sin(phase(t)) + 0.01 * std::sin(5.0 * phase(t) + 1.0); },
+        [&](double t) { return 0.05 * std::cos(phase(t)) + 0.01 * std::cos(5.0 * phase(t)); },
         [&](double t) {
           return 0.3 * std::sin(3.0 * phase(t)) + 0.2 * std::sin(7.0 * phase(t) + 2.0) + 0.02 * draw.normal();
         });

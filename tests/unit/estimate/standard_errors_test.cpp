@@ -196,7 +196,7 @@ struct Estimate {
 /// What many records of that axis give for the pitch and for the amplitude of its first harmonic.
 std::vector<std::vector<Estimate>> repeated_fits(int repetitions) {
   std::vector<std::vector<Estimate>> estimates(2);
-  Log log = test::wandering_log(7, 1000.0, 12'000);
+  Log log = test::wandering_log(7, 1000.0, 14'000);
   const Terms truth = ripple_model(Measurement(log));
   const std::vector<double> force_N = evaluate_force(Measurement(log), truth).force_N;
   Draw draw(8);
@@ -372,7 +372,11 @@ TEST(StandardErrors, OfTheLevelAreThoseOfTheSum) {
 }
 
 TEST(StandardErrors, AreZeroForTheShapesOfAnEffectWithoutForce) {
-  const Measurement measurement(test::wandering_log(10, 1000.0, 6000));
+  Log log = test::wandering_log(10, 1000.0, 6000);
+  const std::vector<double> force_N =
+      evaluate_force(Measurement(log), ripple_model(Measurement(log))).force_N;
+  for (std::size_t i = 0; i < force_N.size(); ++i) log.force_N[i] += force_N[i];
+  const Measurement measurement(log);
   FittedModel fitted = fit_gains(measurement, ripple_model(measurement));
   for (double& gain : fitted.terms[1].gains) gain = 0.0;
   const Terms terms = with_standard_errors(measurement, fitted).terms;
