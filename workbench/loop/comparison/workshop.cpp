@@ -121,7 +121,10 @@ Measurement recorded(const sim::Axis& axis, const AxisParameters& parameters, st
   const ComparedDrive drive(axis, parameters, mass_only_model(axis.mass_kg), seed);
   const DriveRun run = drive.run(training, {});
   if (run.lost) throw std::runtime_error("the axis does not follow the training motion");
-  Measurement measurement(training_log(axis, run));
+  // A velocity table needs the frequencies of the reversals; the band in which the encoder's steps do not
+  // matter ends far below them.
+  const Log log = training_log(axis, run);
+  Measurement measurement(log, {.bandwidth_Hz = 0.05 * log.sample_rate_Hz});
   weigh_rows(measurement);
   return measurement;
 }
