@@ -93,6 +93,23 @@ bool insufficient(const Diagnosis& diagnosis) {
                         diagnosis.noise_floor_N);
 }
 
+/// Whether the named effects, fitted to the first two thirds of the log, leave more of the last one than the
+/// baseline does: what they claim does not hold there. Where the baseline is near the floor there,
+/// nothing follows.
+bool does_not_hold_later(const Diagnosis& diagnosis) {
+  const double without_N = diagnosis.baseline.forward_rmse_N;
+  return diagnosis.explained.forward_rmse_N > without_N &&
+         without_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
+}
+
+/// What is said of effects that do not hold later.
+std::string later_text(const Diagnosis& diagnosis) {
+  return fmt::format(
+      "; in the last third of the log, predicted by a fit to the first two, what "
+      "was chosen leaves {}, the baseline {}",
+      quantity(diagnosis.explained.forward_rmse_N, "N"), quantity(diagnosis.baseline.forward_rmse_N, "N"));
+}
+
 /// Whether an effect that was refused leaves, alone, far less than the named ones together, which then
 /// imitate what it describes. At the floor there is nothing to describe: a mode smooths the noise of the
 /// encoder. Nor does the special case of an effect imitate it: a payload is what a mode is that nobody sees
@@ -176,7 +193,10 @@ const Candidate* best_supported(const std::vector<Candidate>& candidates, IsLeft
 /// A remark for the case that no effect is named, although the log supports one that lowers the error by a
 /// share that is worth a name: the table of candidates shows it.
 std::string passed_over(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const Candidate* const best = best_supported(diagnosis.candidates, [](const Candidate&) { return false; });
+  // Of an effect that was chosen the text says it all.
+  const Candidate* const best = best_supported(diagnosis.candidates, [&](const Candidate& one) {
+    return contains(diagnosis.explained.terms, one.term.effect->text.id);
+  });
   if (best == nullptr) return {};
   const std::string would =
       fmt::format("; {} alone would lower the error by {}", best->term.id(), lowered_by(*best));
@@ -193,8 +213,9 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   std::optional<Structure> confounder;
   if (above_floor(measurement, diagnosis) && diagnosis.unexplained)
     confounder = curve_behind_all(measurement, diagnosis);
-  if (insufficient(diagnosis) || far_better_alone(measurement, diagnosis))
+  if (insufficient(diagnosis) || does_not_hold_later(diagnosis) || far_better_alone(measurement, diagnosis))
     confounder = diagnosis.unexplained.value_or(strongest);
+  if (confounder && does_not_hold_later(diagnosis)) confounder->description += later_text(diagnosis);
   if (confounder) confounder->description += passed_over(measurement, diagnosis);
   if (auto wrong_unit = mass_of_another_axis(measurement, diagnosis)) confounder = std::move(wrong_unit);
   diagnosis.verdict = confounder ? Verdict::unexplained : Verdict::missing_effect;
@@ -203,11 +224,10 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
 
 /// A free curve over time follows a slow motion, and so whatever depends on it: where a free curve over
 /// another coordinate explains more of what the effects leave, that is told in its place; and in place of a
-/// cause of which no value is larger than its interval whatever explains most. Returns whether what is first
-/// now tells anything.
+/// cause of which no value is larger than its interval whatever explains most. In place of any cause some
+/// moments are told that hold more of the error. Returns whether what is first now tells anything.
 bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis) {
   Structure& cause = diagnosis.outside.causes.front();
-  if (!cause.free_curve && cause.determined) return true;
   for (Structure& one : structure_left(measurement, diagnosis)) {
     if (!cause.determined && one.error_reduction >= kStructureReduction) {
       cause = std::move(one);
@@ -216,7 +236,8 @@ bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis
     const bool of_motion = one.coordinate == Coordinate::position || one.coordinate == Coordinate::velocity ||
                            one.coordinate == Coordinate::acceleration;
     const bool of_moments = one.coordinate == Coordinate::time && one.only_where;
-    if (!(of_motion || of_moments) || one.error_reduction <= cause.error_reduction) continue;
+    const bool other = of_moments || (of_motion && (cause.free_curve || !cause.determined));
+    if (!other || one.error_reduction <= cause.error_reduction) continue;
     cause = std::move(one);
     return true;
   }
@@ -240,11 +261,14 @@ void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
   const bool tells = prefer_other_structure(measurement, diagnosis);
   const OutsideCauses& outside = diagnosis.outside;
   const bool named = diagnosis.steps.size() > 1 && !outside.explain_most &&
-                     (outside.replace_friction || !insufficient(diagnosis));
+                     (outside.replace_friction || !insufficient(diagnosis)) &&
+                     !does_not_hold_later(diagnosis);
   if (!named && !tells) diagnosis.outside.causes.front() = structure_left(measurement, diagnosis).front();
   diagnosis.unexplained = tells || !named ? std::optional(cause_and_what_is_above(measurement, diagnosis))
                                           : above_bandwidth(measurement, diagnosis);
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
+  if (!named && diagnosis.steps.size() > 1 && does_not_hold_later(diagnosis))
+    diagnosis.unexplained->description += later_text(diagnosis);
   if (!named) diagnosis.unexplained->description += passed_over(measurement, diagnosis);
   auto wrong_unit = mass_of_another_axis(measurement, diagnosis);
   if (!wrong_unit) return;

@@ -57,7 +57,8 @@ TEST(HeldPosition, OtherLogsAreNotChanged) {
 // At a constant velocity a coarse encoder changes every few samples too, by one step.
 TEST(HeldPosition, ACoarseEncoderIsNotHeld) {
   std::vector<double> position_m;
-  for (std::size_t i = 0; i < 8000; ++i) position_m.push_back(kStep_m * static_cast<double>(i / 4));
+  for (std::size_t i = 0; i < 8000; ++i)
+    position_m.push_back(kStep_m * std::floor(0.25 * static_cast<double>(i)));
   EXPECT_EQ(updates_of_position(position_m).period, 1u);
 }
 

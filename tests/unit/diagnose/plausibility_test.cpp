@@ -483,8 +483,8 @@ TEST(HasOneRippleTwice, WhereTheTravelDoesNotTellThePitches) {
     terms.back().shapes = {travel_m / periods};
     EXPECT_TRUE(has_one_ripple_twice(measurement, terms)) << periods;
   }
-  EXPECT_FALSE(lacks_first_ripple(terms));
-  EXPECT_TRUE(lacks_first_ripple({terms.back()}));
+  EXPECT_FALSE(lacks_supplemented(terms));
+  EXPECT_TRUE(lacks_supplemented({terms.back()}));
 }
 
 // Hysteresis of 16 N; the gap's friction is its mass times its deceleration.

@@ -13,6 +13,7 @@
 #include "firmware/effects/force_ripple.h"
 #include "firmware/effects/offset_force.h"
 #include "firmware/effects/payload_mass.h"
+#include "firmware/effects/viscous.h"
 #include "workbench/diagnose/alternatives/gap.h"
 #include "workbench/diagnose/alternatives/load_reversals.h"
 #include "workbench/estimate/terms/search_ranges.h"
@@ -248,6 +249,69 @@ class PitchBasis final : public EffectBasis {
   double rate_ = 0.0;
 };
 
+class MassOverPositionBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    first_m_ = shapes[0];
+    rate_ = pi / std::max(shapes[1] - shapes[0], 1e-12);
+  }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      const double phase = rate_ * (sample.position_m - first_m_);
+      const double half_square = 0.5 * sample.velocity_mps * sample.velocity_mps;
+      for (int k = 1; k <= kMassHarmonics; ++k) {
+        *out++ =
+            std::cos(k * phase) * sample.acceleration_mps2 - k * rate_ * std::sin(k * phase) * half_square;
+      }
+    }
+  }
+
+ private:
+  double first_m_ = 0.0;
+  double rate_ = 0.0;
+};
+
+class ViscousOverTimeBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    first_s_ = shapes[0];
+    per_s_ = 1.0 / std::max(shapes[1] - shapes[0], 1e-12);
+  }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      const double at = (sample.time_s - first_s_) * per_s_;
+      *out++ = at * sample.velocity_mps;
+      for (const double time_constants : {3.0, 9.0})  // within the log
+        *out++ = std::expm1(-time_constants * at) / std::expm1(-time_constants) * sample.velocity_mps;
+    }
+  }
+
+ private:
+  double first_s_ = 0.0;
+  double per_s_ = 1.0;
+};
+
+class PowerOfVelocityBasis final : public EffectBasis {
+ public:
+  void prepare(std::span<const double> shapes, const Scales<double>&) override {
+    exponent_ = shapes[0];
+    per_mps_ = 1.0 / std::max(shapes[1], 1e-12);
+  }
+  void reset(const Sample<double>&) override {}
+  void run(std::span<const Sample<double>> samples, double* out) override {
+    for (const Sample<double>& sample : samples) {
+      const double size = std::pow(std::abs(sample.velocity_mps) * per_mps_, exponent_);
+      *out++ = std::copysign(size, sample.velocity_mps);
+    }
+  }
+
+ private:
+  double exponent_ = 1.0;
+  double per_mps_ = 1.0;
+};
+
 /// The description of a cause; its shapes are found by shapes_of_cause() and not searched, unless they have
 /// ranges as those of effects have.
 template <class Basis>
@@ -292,8 +356,8 @@ ShapeSpec searched_pitch() {
 }
 
 /// In the order of CauseForm.
-const std::array<EffectDescription, 11>& all_causes() {
-  static const std::array<EffectDescription, 11> all{
+const std::array<EffectDescription, 14>& all_causes() {
+  static const std::array<EffectDescription, 14> all{
       cause<LineBasis>("line_in_time", {any_force("cosine"), any_force("sine")}, {found("frequency", "Hz")}),
       cause<ChangeBasis>("change_at_a_time", {friction_level(), any_force("offset")},
                          {found("from", "s"), found("until", "s")}),
@@ -320,16 +384,17 @@ const std::array<EffectDescription, 11>& all_causes() {
       cause<PitchBasis>("second_ripple", {{"cosine_and_sine", "N", -kUnbounded, kUnbounded, 4, Acts::force}},
                         {searched_pitch()}),
       cause<PitchBasis>("friction_ripple", {{"cosine_and_sine", "", -0.9f, 0.9f, 4, Acts::dry_scale}},
-                        {searched_pitch()})};
+                        {searched_pitch()}),
+      cause<MassOverPositionBasis>(
+          "mass_over_position", {{"harmonics", "kg", -kUnbounded, kUnbounded, kMassHarmonics, Acts::force}},
+          {found("first", "m"), found("last", "m")}),
+      cause<ViscousOverTimeBasis>("viscous_over_time",
+                                  {{"change", "N s/m", -kUnbounded, kUnbounded, 3, Acts::force}},
+                                  {found("first", "s"), found("last", "s")}),
+      cause<PowerOfVelocityBasis>(
+          "power_of_velocity", {{"at_largest_speed", "N", 0.0f, kUnbounded, 1, Acts::force}},
+          {found("exponent", "1"), found("largest_speed", "m/s")}, {.id = Viscous<double>::text.id})};
   return all;
-}
-
-/// Whether the terms have a ripple of the catalogue, or one of the user's own.
-bool has_ripple(const Terms& terms) {
-  return std::any_of(terms.begin(), terms.end(), [](const Term& term) {
-    return !is_outside_catalogue(*term.effect) && term.effect->has_shape(ShapeKind::pitch) &&
-           term.effect->acts_as(Acts::force);
-  });
 }
 
 }  // namespace
@@ -345,9 +410,11 @@ std::vector<const EffectDescription*> causes_to_try(const Measurement& measureme
   for (const EffectDescription& one : all_causes()) {
     const CauseForm form = form_of(one);
     const bool needs_one_clock = form == CauseForm::change_at_a_time || form == CauseForm::load_from_a_time ||
-                                 form == CauseForm::force_over_time;
+                                 form == CauseForm::force_over_time || form == CauseForm::viscous_over_time;
     if (needs_one_clock && measurement.log_count() > 1) continue;
-    if (form == CauseForm::second_ripple && !has_ripple(terms)) continue;
+    Terms with_cause = terms;
+    with_cause.emplace_back().effect = &one;
+    if (lacks_supplemented(with_cause)) continue;
     if (!period_fits(measurement, one)) continue;
     causes.push_back(&one);
   }
@@ -379,8 +446,27 @@ const Term* find_cause(const Terms& terms, CauseForm form) {
   return found == terms.end() ? nullptr : &*found;
 }
 
-bool lacks_first_ripple(const Terms& terms) {
-  return find_cause(terms, CauseForm::second_ripple) != nullptr && !has_ripple(terms);
+bool supplements(const EffectDescription& cause, const EffectDescription& effect) {
+  if (is_outside_catalogue(effect)) return false;
+  switch (form_of(cause)) {
+    case CauseForm::second_ripple:  // of the catalogue or of the user's own
+      return effect.has_shape(ShapeKind::pitch) && effect.acts_as(Acts::force);
+    case CauseForm::power_of_velocity:
+      return effect.has_role(Role::viscous_friction);
+    default:
+      return false;
+  }
+}
+
+bool lacks_supplemented(const Terms& terms) {
+  return std::any_of(terms.begin(), terms.end(), [&](const Term& cause) {
+    if (!is_outside_catalogue(*cause.effect)) return false;
+    const bool needs_one = form_of(*cause.effect) == CauseForm::second_ripple ||
+                           form_of(*cause.effect) == CauseForm::power_of_velocity;
+    return needs_one && std::none_of(terms.begin(), terms.end(), [&](const Term& term) {
+             return supplements(*cause.effect, *term.effect);
+           });
+  });
 }
 
 bool is_searched_as_effect(const EffectDescription& cause) {
@@ -395,12 +481,15 @@ bool is_fitted_jointly(const EffectDescription& cause) {
     case CauseForm::after_load_reversals:
     case CauseForm::second_ripple:
     case CauseForm::friction_ripple:
+    case CauseForm::power_of_velocity:
       return true;
     case CauseForm::line_in_time:
     case CauseForm::change_at_a_time:
     case CauseForm::load_from_a_time:
     case CauseForm::force_at_a_place:
     case CauseForm::force_over_time:
+    case CauseForm::mass_over_position:
+    case CauseForm::viscous_over_time:
       break;
   }
   return false;

@@ -38,6 +38,15 @@ enum class CauseForm : std::uint8_t {
   /// Dry friction times 1 + sum_h A_h cos(2 pi h x / p) + B_h sin(2 pi h x / p), h = 1, 2, with a pitch that
   /// the map over the position does not resolve
   friction_ripple,
+  /// F = sum_k J_k (b_k(x) a + b_k'(x) v^2 / 2), b_k = cos(k pi u), u from 0 to 1 over the travel, k = 1 to
+  /// 4: the mass that a link or a crank shows depends on where it is (Lagrange)
+  mass_over_position,
+  /// F = (c u + sum_k e_k (1 - exp(-k u)) / (1 - exp(-k))) v, k = 3 and 9, u from 0 to 1 over the rows: the
+  /// lubricant warms, at any rate that the log shows
+  viscous_over_time,
+  /// F = c sgn(v) |v / v0|^p, v0 the largest speed, p below 1, beside viscous friction: a lubricant that
+  /// thins with the rate of shear (Ostwald and de Waele; Carreau's law between its ends)
+  power_of_velocity,
 };
 
 /// The largest half width of a place, as a share of the travel: a fifth of the rail spans several values of
@@ -49,6 +58,12 @@ inline constexpr int kCurveIntervals = static_cast<int>(4.0 / kWidestPlace);
 
 /// Knots of the force after a load reversal: a blow rings for two or three periods.
 inline constexpr int kKnotsAfterReversal = 8;
+/// The exponents of lubricants that thin in shear (Carreau's law over two decades of the rate of shear):
+/// below it the force is dry friction, above it viscous friction.
+inline constexpr double kLeastExponent = 0.2;
+inline constexpr double kMostExponent = 0.9;
+/// Harmonics of a mass that depends on the place. Chosen: those of a crank or of two links fall off fast.
+inline constexpr int kMassHarmonics = 4;
 /// The longest time after a reversal within which play shows: a play of tens of micrometres is crossed within
 /// tens of milliseconds, a drive that resonates above 10 Hz has rung for two periods, and the filter of the
 /// rows spreads it by a period of the bandwidth. What lasts longer is no blow.
@@ -64,8 +79,11 @@ CauseForm form_of(const EffectDescription& cause);
 const EffectDescription& cause_of(CauseForm form);
 /// The term of the cause of this form, or nullptr.
 const Term* find_cause(const Terms& terms, CauseForm form);
-/// Whether the terms have a second ripple without a first.
-bool lacks_first_ripple(const Terms& terms);
+/// Whether the cause is a further part of what the effect describes, beside which alone it is tried: a second
+/// ripple beside a first, a power of the velocity beside viscous friction. It takes no name from the effect.
+bool supplements(const EffectDescription& cause, const EffectDescription& effect);
+/// Whether the terms have a cause without the effect that it supplements.
+bool lacks_supplemented(const Terms& terms);
 /// Whether the shapes of the cause are found by fits of the model with it, not from the residual.
 bool is_fitted_jointly(const EffectDescription& cause);
 /// Whether its shapes are searched as those of effects are, and not by shapes_of_cause().

@@ -389,6 +389,18 @@ std::optional<std::vector<double>> window_and_friction(const Measurement& measur
   return best_of(measurement, model, cause, std::move(starts), ranges, near, effort);
 }
 
+/// The exponent, and the largest speed of the log.
+std::optional<std::vector<double>> exponent_and_speed(const Measurement& measurement,
+                                                      const FittedModel& model,
+                                                      const EffectDescription& cause,
+                                                      const std::vector<double>* near,
+                                                      const SearchEffort& effort) {
+  const ValueRange velocity_mps = value_range(measurement.velocity_mps());
+  const double speed_mps = std::max(-velocity_mps.low, velocity_mps.high);
+  return best_of(measurement, model, cause, {{0.5, speed_mps}}, {{0, kLeastExponent, kMostExponent, false}},
+                 near, effort);
+}
+
 /// The work on shapes that were found beside other effects.
 constexpr SearchEffort kAgain{kFirstLook.evaluations / 2, kFirstLook.tolerance};
 
@@ -418,6 +430,16 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
     case CauseForm::second_ripple:
     case CauseForm::friction_ripple:
       return {};  // is_searched_as_effect()
+    case CauseForm::mass_over_position: {
+      const ValueRange travelled = value_range(measurement.position_m());
+      return std::vector{travelled.low, travelled.high};
+    }
+    case CauseForm::power_of_velocity:
+      return exponent_and_speed(measurement, model, cause, near, effort);
+    case CauseForm::viscous_over_time: {
+      const std::vector<std::size_t>& rows = measurement.row_samples();
+      return std::vector{measurement.sample(rows.front()).time_s, measurement.sample(rows.back()).time_s};
+    }
     case CauseForm::force_over_time:
       break;
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -110,15 +111,25 @@ std::string until_text(const DescribedCause& cause) {
                      quantity_with_interval(until_s, cause.time_half_width_s(), "s"));
 }
 
+/// Those of two statements that the log determines; both where it determines neither.
+std::string determined_of(bool first, const std::string& of_first, const char* between, bool second,
+                          const std::string& of_second) {
+  if (first == second) return of_first + between + of_second;
+  return first ? of_first : of_second;
+}
+
 void describe_change(const DescribedCause& cause, Structure& structure) {
   const Term& term = cause.term();
   const Eigen::VectorXd errors = cause.errors({}, Eigen::MatrixXd::Identity(2, 2));
-  structure.determined =
-      std::abs(term.gains[0]) > 2.0 * errors(0) || std::abs(term.gains[1]) > 2.0 * errors(1);
-  structure.description = fmt::format("the friction changes at {}{}: its level by {}, the offset by {}",
-                                      when_of(cause.measurement(), term.shapes[0], cause.time_half_width_s()),
-                                      until_text(cause), change_with_interval(term.gains[0], errors(0)),
-                                      quantity_with_interval(term.gains[1], 2.0 * errors(1), "N"));
+  const bool level = std::abs(term.gains[0]) > 2.0 * errors(0);
+  const bool offset = std::abs(term.gains[1]) > 2.0 * errors(1);
+  structure.determined = level || offset;
+  structure.description = fmt::format(
+      "the friction changes at {}{}: {}",
+      when_of(cause.measurement(), term.shapes[0], cause.time_half_width_s()), until_text(cause),
+      determined_of(
+          level, fmt::format("its level by {}", change_with_interval(term.gains[0], errors(0))), ", ", offset,
+          fmt::format("the offset by {}", quantity_with_interval(term.gains[1], 2.0 * errors(1), "N"))));
 }
 
 std::string load_text(const DescribedCause& cause) {
@@ -143,14 +154,16 @@ void describe_place(const DescribedCause& cause, Structure& structure) {
   sums(2, 1) = 1.0;
   const double step_m = kSmallStep * half_width_m;
   const Eigen::VectorXd errors = cause.errors({step_m, step_m}, sums);
-  structure.determined = half_width_m > 2.0 * std::min(errors(0), errors(1)) &&
-                         (force_N > 2.0 * errors(2) || std::abs(term.gains[2]) > 2.0 * errors(3));
+  const bool force = force_N > 2.0 * errors(2);
+  const bool friction = std::abs(term.gains[2]) > 2.0 * errors(3);
+  structure.determined = half_width_m > 2.0 * std::min(errors(0), errors(1)) && (force || friction);
   structure.description = fmt::format(
-      "a {} sits at one {}, {}, within {} to either side: {}, and the friction is {} there", force_word(),
+      "a {} sits at one {}, {}, within {} to either side: {}", force_word(),
       axis_is_rotary() ? "angle" : "place of the rail",
       quantity_with_interval(term.shapes[0], 2.0 * errors(0), "m"),
       quantity_with_interval(half_width_m, 2.0 * errors(1), "m"),
-      quantity_with_interval(force_N, 2.0 * errors(2), "N"), change_with_interval(term.gains[2], errors(3)));
+      determined_of(force, quantity_with_interval(force_N, 2.0 * errors(2), "N"), ", and ", friction,
+                    fmt::format("the friction is {} there", change_with_interval(term.gains[2], errors(3)))));
 }
 
 std::string line_text(const DescribedCause& cause) {
@@ -171,6 +184,50 @@ std::string line_text(const DescribedCause& cause) {
   return fmt::format("the {} has a line in time at {}, amplitude {}, whatever the motion", force_word(),
                      quantity_with_interval(term.shapes[0], 2.0 * errors(0), "Hz"),
                      quantity_with_interval(amplitude_N, 2.0 * errors(1), "N"));
+}
+
+/// Where the mass is least and where it is largest, among places over the travel.
+void describe_mass_over_position(const DescribedCause& cause, Structure& structure) {
+  constexpr int kPlacesOfMass = 40;  // ten in half a period of the shortest harmonic
+  const Term& term = cause.term();
+  const auto harmonics_at = [](int place) {
+    Eigen::VectorXd harmonics(kMassHarmonics);
+    for (int k = 1; k <= kMassHarmonics; ++k)
+      harmonics(k - 1) = std::cos(k * std::numbers::pi * place / kPlacesOfMass);
+    return harmonics;
+  };
+  const Eigen::Map<const Eigen::VectorXd> gains(term.gains.data(), kMassHarmonics);
+  int least = 0;
+  int most = 0;
+  for (int place = 1; place <= kPlacesOfMass; ++place) {
+    const double mass = gains.dot(harmonics_at(place));
+    if (mass < gains.dot(harmonics_at(least))) least = place;
+    if (mass > gains.dot(harmonics_at(most))) most = place;
+  }
+  const auto position_m = [&](int place) {
+    return term.shapes[0] + (term.shapes[1] - term.shapes[0]) * place / kPlacesOfMass;
+  };
+  const Eigen::VectorXd rise = harmonics_at(most) - harmonics_at(least);
+  const double rise_kg = gains.dot(rise);
+  const double error_kg = cause.errors({}, rise)(0);
+  structure.where = position_m(most);
+  structure.determined = rise_kg > 2.0 * error_kg;
+  structure.description = fmt::format(
+      "the {} depends on the {}: least at {}, more by {} at {} (a link, a crank or a mass that "
+      "moves with the axis)",
+      mass_word(), axis_is_rotary() ? "angle" : "position", quantity(position_m(least), "m"),
+      quantity_with_interval(rise_kg, 2.0 * error_kg, "kg"), quantity(position_m(most), "m"));
+}
+
+void describe_viscous_over_time(const DescribedCause& cause, Structure& structure) {
+  const Term& term = cause.term();
+  const double change = term.gains[0] + term.gains[1] + term.gains[2];  // each is one at the end of the log
+  const double error = cause.errors({}, Eigen::Vector3d::Ones())(0);
+  structure.where = term.shapes[1];
+  structure.determined = std::abs(change) > 2.0 * error;
+  structure.description = fmt::format(
+      "the viscous friction changes during the log, by {} from its start to its end (the lubricant warms)",
+      quantity_with_interval(change, 2.0 * error, "N s/m"));
 }
 
 /// The relative error of the values of a gap that its form causes: flanks are elastic, and friction is more
@@ -329,6 +386,18 @@ std::string friction_ripple_text(const DescribedCause& cause) {
       number_with_interval(100.0 * found.amplitude, 200.0 * found.amplitude_error));
 }
 
+void describe_power_of_velocity(const DescribedCause& cause, Structure& structure) {
+  const Term& term = cause.term();
+  const Eigen::VectorXd errors = cause.errors({kSmallStep * term.shapes[0]}, Eigen::MatrixXd::Identity(1, 1));
+  structure.where = term.shapes[1];
+  structure.determined = std::abs(term.gains[0]) > 2.0 * errors(1);
+  structure.description = fmt::format(
+      "a part of the friction grows with a power of the velocity, {}, to {} at {} (the lubricant thins in "
+      "shear)",
+      number_with_interval(term.shapes[0], 2.0 * errors(0)),
+      quantity_with_interval(term.gains[0], 2.0 * errors(1), "N"), quantity(term.shapes[1], "m/s"));
+}
+
 /// Coordinate, place and text of a fitted cause.
 Structure place_and_text(const DescribedCause& described) {
   const Term& cause = described.term();
@@ -374,6 +443,18 @@ Structure place_and_text(const DescribedCause& described) {
     case CauseForm::friction_ripple:
       structure.coordinate = Coordinate::position;
       structure.description = friction_ripple_text(described);
+      break;
+    case CauseForm::mass_over_position:
+      structure.coordinate = Coordinate::position;
+      describe_mass_over_position(described, structure);
+      break;
+    case CauseForm::viscous_over_time:
+      structure.coordinate = Coordinate::time;
+      describe_viscous_over_time(described, structure);
+      break;
+    case CauseForm::power_of_velocity:
+      structure.coordinate = Coordinate::velocity;
+      describe_power_of_velocity(described, structure);
       break;
     case CauseForm::force_over_time: {
       structure.coordinate = Coordinate::time;

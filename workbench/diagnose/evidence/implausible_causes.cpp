@@ -55,6 +55,14 @@ bool has_no_true_bristle(const Measurement& measurement, const FittedModel& mode
   return !explains_most(other.holdout_rmse_N, model.holdout_rmse_N, measurement.noise_floor_N());
 }
 
+bool has_no_true_power(const Measurement& measurement, const FittedModel& model) {
+  const Term* const power = find_cause(model.terms, CauseForm::power_of_velocity);
+  if (power == nullptr) return false;
+  if (is_at_bound({0, kLeastExponent, kMostExponent, false}, power->shapes[0])) return true;
+  const FittedModel other = fit_gains(measurement, without(model.terms, power->id()), &model);
+  return !explains_most(other.holdout_rmse_N, model.holdout_rmse_N, measurement.noise_floor_N());
+}
+
 bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms) {
   const Term* const second = find_cause(terms, CauseForm::second_ripple);
   if (second == nullptr) return false;

@@ -23,6 +23,12 @@ bool has_no_true_friction_ripple(const Measurement& measurement, const FittedMod
 /// that is left beyond the noise floor leaves the cause open. Cost: one fit of gains.
 bool has_no_true_bristle(const Measurement& measurement, const FittedModel& model);
 
+/// Whether the model has a friction that grows with a power of the velocity whose exponent ended at an end of
+/// its range: it is dry friction or viscous friction; or one that explains less than half of the mean square
+/// that is left beyond the noise floor, for any curve over the velocity helps a little. Cost: one fit of
+/// gains.
+bool has_no_true_power(const Measurement& measurement, const FittedModel& model);
+
 /// Whether the terms have a second ripple of a pitch that the travel does not tell from that of the first:
 /// less than a period more or less within it.
 bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms);

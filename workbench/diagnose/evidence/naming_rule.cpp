@@ -43,16 +43,18 @@ bool suffices(const SelectionContext& context, const Explanation& simple, const 
                             explained_N2(simple_N, general_N));
 }
 
-/// Whether `one` has an effect where `other` has a cause outside the catalogue, and is far better on unseen
-/// data: it leaves less than half of the mean square. The criterion, which is of the training data, may
-/// prefer a curve of many values that the correlation of its own residual makes cheap.
-bool outdoes_cause(const Explanation& one, const Explanation& other) {
+/// Whether `one` has an effect where `other` has a cause outside the catalogue, which no controller can
+/// compensate, and is as good by the criterion, or far better on unseen data: it leaves less than half of the
+/// mean square. The criterion, which is of the training data, may prefer a curve of many values that the
+/// correlation of its own residual makes cheap.
+bool outdoes_cause(const SelectionContext& context, const Explanation& one, const Explanation& other) {
   const std::string effect = only_in(one.added, other.added);
   const std::string cause = only_in(other.added, one.added);
   return !effect.empty() && !cause.empty() &&
          !is_outside_catalogue(*find_term(one.model.terms, effect)->effect) &&
          is_outside_catalogue(*find_term(other.model.terms, cause)->effect) &&
-         squared(one.model.holdout_rmse_N) < kMajority * squared(other.model.holdout_rmse_N);
+         (squared(one.model.holdout_rmse_N) < kMajority * squared(other.model.holdout_rmse_N) ||
+          !is_supported(context.criterion.difference(other.model, one.model)));
 }
 
 }  // namespace
@@ -60,8 +62,8 @@ bool outdoes_cause(const Explanation& one, const Explanation& other) {
 bool is_better(const SelectionContext& context, const Explanation& one, const Explanation& other) {
   if (suffices(context, one, other)) return true;
   if (suffices(context, other, one)) return false;
-  if (outdoes_cause(one, other)) return true;
-  if (outdoes_cause(other, one)) return false;
+  if (outdoes_cause(context, one, other)) return true;
+  if (outdoes_cause(context, other, one)) return false;
   return context.criterion.difference(one.model, other.model) < 0.0;
 }
 
@@ -93,7 +95,7 @@ void sort_by_criterion(const SelectionContext& context, std::vector<Explanation>
   sorted.reserve(all.size());
   for (const std::size_t i : order) sorted.push_back(std::move(all[i]));
   for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (suffices(context, sorted[i], sorted.front()) || outdoes_cause(sorted[i], sorted.front())) {
+    if (suffices(context, sorted[i], sorted.front()) || outdoes_cause(context, sorted[i], sorted.front())) {
       std::rotate(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(i),
                   sorted.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     }

@@ -28,7 +28,8 @@ struct SelectionContext {
 /// Whether the first explanation has the better criterion. Where they differ in one effect only, of which one
 /// is a special case of the other (EffectTraits::special_case), the general effect must also lower the
 /// held-out error by the share that is worth a name; and a cause outside the catalogue is not better than an
-/// effect that leaves less than half of its error on unseen data (mean square).
+/// effect against which the log does not support it, or that leaves less than half of its error on unseen
+/// data (mean square).
 bool is_better(const SelectionContext& context, const Explanation& one, const Explanation& other);
 
 /// Whether the log names the effect that `one` has and `other` has not, in its place: it supports the one

@@ -349,7 +349,7 @@ bool is_implausible(const Measurement& measurement, const FittedModel& baseline,
          has_shape_at_bound(measurement, baseline, model) ||
          has_implausible_mode(measurement, baseline, model) || has_no_true_gap(measurement, model) ||
          has_no_true_bristle(measurement, model) || has_no_true_friction_ripple(measurement, model) ||
-         has_one_ripple_twice(measurement, model.terms) ||
+         has_one_ripple_twice(measurement, model.terms) || has_no_true_power(measurement, model) ||
          has_implausible_lag(measurement, baseline, model) ||
          (has_new_coulomb && (coulomb_is_of_hysteresis(model, measurement.noise_floor_N()) ||
                               coulomb_is_of_sampling(measurement, baseline, model))) ||

@@ -108,7 +108,7 @@ bool drop_no_step(const SelectionContext& context, Explanation& explanation) {
   std::vector<Explanation> fewer(explanation.added.size());
   parallel_for(fewer.size(), [&](std::size_t i) { fewer[i] = without_effect(context, explanation, i); });
   std::erase_if(fewer, [&](const Explanation& one) {
-    return lacks_first_ripple(one.model.terms) || is_step(context, one, explanation);
+    return lacks_supplemented(one.model.terms) || is_step(context, one, explanation);
   });
   if (fewer.empty()) return false;
   sort_by_criterion(context, fewer);
@@ -201,7 +201,7 @@ void exchange_effects(const SelectionContext& context, const std::vector<Trial>&
                       const std::vector<std::string>& refused, Explanation& explanation) {
   for (std::size_t i = 0; i < explanation.added.size(); ++i) {
     const std::string old = explanation.added[i];
-    if (lacks_first_ripple(without(explanation.model.terms, old))) continue;
+    if (lacks_supplemented(without(explanation.model.terms, old))) continue;
     const bool is_effect = !is_outside_catalogue(*find_term(explanation.model.terms, old)->effect);
     const FittedModel without_old =
         fit_gains(context.measurement, without(explanation.model.terms, old), &explanation.model);

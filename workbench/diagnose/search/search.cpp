@@ -65,8 +65,10 @@ Explanation refined(const SelectionContext& context, Explanation explanation) {
 
 /// Effects are added one after the other to the best explanation as long as the criterion falls. Where it
 /// does not, and the error is still above the floor, once more from new starting points: an effect that a
-/// larger one hid on the first level had meaningless shapes there.
-void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found& found) {
+/// larger one hid on the first level had meaningless shapes there. `path`: receives the best explanation of
+/// each level.
+void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found& found,
+                 std::vector<Explanation>& path) {
   const SelectionContext& context = found.context;
   const auto is_step_on = [&](const std::vector<Explanation>& next) {
     return !next.empty() && is_step(context, found.best, next.front());
@@ -83,6 +85,7 @@ void add_effects(Measurement& measurement, const DiagnoseOptions& options, Found
     if (is_step_on(next)) {
       next.front() = refined(context, std::move(next.front()));
       found.best = next.front();
+      path.push_back(found.best);
       lower_noise_floor(measurement, *found.best.model.linearisation);
       if (!is_above_floor(context.measurement, found.best.model)) break;
     } else if (!first) {  // a pair may be a step where its first effect is none
@@ -112,10 +115,21 @@ void improve(Found& found, std::vector<std::string>& refused) {
   refuse(drop_undetermined(found.context, found.best));
 }
 
-/// The search from `found.best` on, to its end. An effect that was chosen and then refused kept others out:
-/// the search goes on without it.
+/// The last explanation of the path that has none of the effects; without one the baseline.
+Explanation last_without(const std::vector<std::string>& effects, const std::vector<Explanation>& path,
+                         const FittedModel& baseline) {
+  const auto found = std::find_if(path.rbegin(), path.rend(), [&](const Explanation& one) {
+    return std::none_of(effects.begin(), effects.end(),
+                        [&](const std::string& id) { return contains(one.model.terms, id); });
+  });
+  return found == path.rend() ? Explanation{baseline, {}} : *found;
+}
+
+/// The search from `found.best` on, to its end. An effect that was chosen and then refused kept others out,
+/// or led to others: the search goes on without it, from what is left and from where it was chosen.
 void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Found& found) {
-  add_effects(measurement, options, found);
+  std::vector<Explanation> path;
+  add_effects(measurement, options, found, path);
   DiagnoseOptions remaining = options;
   if (remaining.candidates.empty()) {
     for (const EffectDescription& effect : catalogue()) remaining.candidates.push_back(effect.id());
@@ -128,7 +142,11 @@ void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Fo
     });
     // No candidates at all would mean all of the catalogue.
     if (fewer == 0 || remaining.candidates.empty() || !is_above_floor(measurement, found.best.model)) return;
-    add_effects(measurement, remaining, found);
+    const Explanation before = last_without(refused, path, found.context.baseline);
+    add_effects(measurement, remaining, found, path);
+    Explanation from_rest = std::exchange(found.best, before);
+    add_effects(measurement, remaining, found, path);
+    if (is_better(found.context, from_rest, found.best)) found.best = std::move(from_rest);
   }
 }
 
@@ -223,6 +241,22 @@ bool causes_explain_most(const SelectionContext& context, const FittedModel& cau
   return causes_alone.holdout_rmse_N < effects_N && !only_the_rest && !nearly_all;
 }
 
+/// Where causes explain most, the effects that they supplement keep their names alone.
+void keep_supplemented(const FittedModel& joint, const Terms& causes, Found& found) {
+  Explanation kept = found.best;
+  std::erase_if(kept.added, [&](const std::string& id) {
+    const EffectDescription& effect = *find_term(found.best.model.terms, id)->effect;
+    return std::none_of(causes.begin(), causes.end(),
+                        [&](const Term& cause) { return supplements(*cause.effect, effect); });
+  });
+  if (kept.added.empty()) return;
+  Terms terms = found.context.baseline.terms;
+  for (const std::string& id : kept.added) terms.push_back(*find_term(found.best.model.terms, id));
+  kept.model = fit_gains(found.context.measurement, std::move(terms), &joint);
+  found.best = std::move(kept);
+  found.outside.explain_most = false;
+}
+
 /// Takes what is outside the catalogue from the results: no controller has it. What was chosen beside it is
 /// reported without it.
 void set_causes_apart(Found& found) {
@@ -255,6 +289,7 @@ void set_causes_apart(Found& found) {
     std::copy_if(causes.begin(), causes.end(), std::back_inserter(beside_friction), is_friction);
     const FittedModel effects_alone = fit_gains(measurement, std::move(beside_friction), &joint);
     found.outside.explain_most = causes_explain_most(found.context, causes_alone, effects_alone, joint);
+    if (found.outside.explain_most) keep_supplemented(joint, causes, found);
     if (!found.outside.explain_most) break;
   }
   std::erase_if(beside, [&](const std::string& id) { return contains(found.best.model.terms, id); });
