@@ -15,18 +15,19 @@ PositionUpdates updates_of_position(const std::vector<double>& position_m) {
   constexpr double kSeveral = 3.0;     // encoder steps in the median change; chosen
   constexpr double kNearlyAll = 0.98;  // of the changes; chosen
   std::vector<std::size_t> changed;
-  std::vector<double> size_m;
   for (std::size_t i = 1; i < position_m.size(); ++i) {
-    if (position_m[i] == position_m[i - 1]) continue;
-    changed.push_back(i);
-    size_m.push_back(std::abs(position_m[i] - position_m[i - 1]));
+    if (position_m[i] != position_m[i - 1]) changed.push_back(i);
   }
   if (changed.size() < kFewest) return {};
   std::vector<double> apart;
   for (std::size_t k = 1; k < changed.size(); ++k)
     apart.push_back(static_cast<double>(changed[k] - changed[k - 1]));
   const auto period = static_cast<std::size_t>(median(apart));
-  if (period < 2 || median(size_m) < kSeveral * *std::min_element(size_m.begin(), size_m.end())) return {};
+  if (period < 2) return {};
+  std::vector<double> size_m;
+  size_m.reserve(changed.size());
+  for (const std::size_t i : changed) size_m.push_back(std::abs(position_m[i] - position_m[i - 1]));
+  if (median(size_m) < kSeveral * *std::min_element(size_m.begin(), size_m.end())) return {};
   std::vector<std::size_t> at_place(period);
   for (const std::size_t i : changed) ++at_place[i % period];
   const auto most = std::max_element(at_place.begin(), at_place.end());

@@ -98,12 +98,13 @@ bool insufficient(const Diagnosis& diagnosis) {
 /// nothing follows.
 bool does_not_hold_later(const Diagnosis& diagnosis) {
   const double without_N = diagnosis.baseline.forward_rmse_N;
-  return diagnosis.explained.forward_rmse_N > without_N &&
+  return diagnosis.steps.size() > 1 && diagnosis.explained.forward_rmse_N > without_N &&
          without_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
 }
 
-/// What is said of effects that do not hold later.
+/// What is said of effects that do not hold later; of others nothing.
 std::string later_text(const Diagnosis& diagnosis) {
+  if (!does_not_hold_later(diagnosis)) return {};
   return fmt::format(
       "; in the last third of the log, predicted by a fit to the first two, what "
       "was chosen leaves {}, the baseline {}",
@@ -215,8 +216,7 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
     confounder = curve_behind_all(measurement, diagnosis);
   if (insufficient(diagnosis) || does_not_hold_later(diagnosis) || far_better_alone(measurement, diagnosis))
     confounder = diagnosis.unexplained.value_or(strongest);
-  if (confounder && does_not_hold_later(diagnosis)) confounder->description += later_text(diagnosis);
-  if (confounder) confounder->description += passed_over(measurement, diagnosis);
+  if (confounder) confounder->description += later_text(diagnosis) + passed_over(measurement, diagnosis);
   if (auto wrong_unit = mass_of_another_axis(measurement, diagnosis)) confounder = std::move(wrong_unit);
   diagnosis.verdict = confounder ? Verdict::unexplained : Verdict::missing_effect;
   if (confounder) diagnosis.unexplained = std::move(confounder);
@@ -267,9 +267,9 @@ void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
   diagnosis.unexplained = tells || !named ? std::optional(cause_and_what_is_above(measurement, diagnosis))
                                           : above_bandwidth(measurement, diagnosis);
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
-  if (!named && diagnosis.steps.size() > 1 && does_not_hold_later(diagnosis))
-    diagnosis.unexplained->description += later_text(diagnosis);
-  if (!named) diagnosis.unexplained->description += passed_over(measurement, diagnosis);
+  if (!named) {
+    diagnosis.unexplained->description += later_text(diagnosis) + passed_over(measurement, diagnosis);
+  }
   auto wrong_unit = mass_of_another_axis(measurement, diagnosis);
   if (!wrong_unit) return;
   diagnosis.unexplained = std::move(wrong_unit);

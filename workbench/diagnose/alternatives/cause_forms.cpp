@@ -397,6 +397,26 @@ const std::array<EffectDescription, 14>& all_causes() {
   return all;
 }
 
+/// Whether an effect is one that a cause supplements; null for a cause that is tried beside any.
+using IsSupplemented = bool (*)(const EffectDescription&);
+IsSupplemented supplemented_by(CauseForm form) {
+  if (form == CauseForm::second_ripple) {  // of the catalogue or of the user's own
+    return [](const EffectDescription& effect) {
+      return effect.has_shape(ShapeKind::pitch) && effect.acts_as(Acts::force);
+    };
+  }
+  if (form == CauseForm::power_of_velocity)
+    return [](const EffectDescription& effect) { return effect.has_role(Role::viscous_friction); };
+  return nullptr;
+}
+
+/// Whether the terms have an effect that the cause supplements, if it needs one.
+bool has_supplemented(const Terms& terms, const EffectDescription& cause) {
+  return supplemented_by(form_of(cause)) == nullptr ||
+         std::any_of(terms.begin(), terms.end(),
+                     [&](const Term& term) { return supplements(cause, *term.effect); });
+}
+
 }  // namespace
 
 std::array<double, 3> place_basis(double from_middle) {
@@ -412,9 +432,7 @@ std::vector<const EffectDescription*> causes_to_try(const Measurement& measureme
     const bool needs_one_clock = form == CauseForm::change_at_a_time || form == CauseForm::load_from_a_time ||
                                  form == CauseForm::force_over_time || form == CauseForm::viscous_over_time;
     if (needs_one_clock && measurement.log_count() > 1) continue;
-    Terms with_cause = terms;
-    with_cause.emplace_back().effect = &one;
-    if (lacks_supplemented(with_cause)) continue;
+    if (!has_supplemented(terms, one)) continue;
     if (!period_fits(measurement, one)) continue;
     causes.push_back(&one);
   }
@@ -447,25 +465,13 @@ const Term* find_cause(const Terms& terms, CauseForm form) {
 }
 
 bool supplements(const EffectDescription& cause, const EffectDescription& effect) {
-  if (is_outside_catalogue(effect)) return false;
-  switch (form_of(cause)) {
-    case CauseForm::second_ripple:  // of the catalogue or of the user's own
-      return effect.has_shape(ShapeKind::pitch) && effect.acts_as(Acts::force);
-    case CauseForm::power_of_velocity:
-      return effect.has_role(Role::viscous_friction);
-    default:
-      return false;
-  }
+  const IsSupplemented supplemented = supplemented_by(form_of(cause));
+  return supplemented != nullptr && !is_outside_catalogue(effect) && supplemented(effect);
 }
 
 bool lacks_supplemented(const Terms& terms) {
-  return std::any_of(terms.begin(), terms.end(), [&](const Term& cause) {
-    if (!is_outside_catalogue(*cause.effect)) return false;
-    const bool needs_one = form_of(*cause.effect) == CauseForm::second_ripple ||
-                           form_of(*cause.effect) == CauseForm::power_of_velocity;
-    return needs_one && std::none_of(terms.begin(), terms.end(), [&](const Term& term) {
-             return supplements(*cause.effect, *term.effect);
-           });
+  return std::any_of(terms.begin(), terms.end(), [&](const Term& term) {
+    return is_outside_catalogue(*term.effect) && !has_supplemented(terms, *term.effect);
   });
 }
 

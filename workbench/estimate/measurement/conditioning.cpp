@@ -13,10 +13,6 @@
 namespace slipstack::workbench {
 namespace {
 
-/// Highest bandwidth of the rows, relative to the sampling rate: a motion is well sampled at frequencies
-/// twenty times below it.
-constexpr double kHighestBandwidth = 0.05;
-
 /// The bandwidth within which the encoder's quantisation, differentiated twice and multiplied by the mass,
 /// has the same power as the noise of the force. Its density grows with the fourth power of frequency.
 double band_above_quantisation_Hz(const LogPart& part) {

@@ -9,6 +9,10 @@ namespace slipstack::workbench {
 
 // What is chosen from logs before anything is fitted to them.
 
+/// Highest bandwidth of the rows, relative to the sampling rate: a motion is well sampled at frequencies
+/// twenty times below it.
+inline constexpr double kHighestBandwidth = 0.05;
+
 /// Up to where the motion is known, for rows of this bandwidth.
 double motion_bandwidth_Hz(double bandwidth_Hz, double rate_Hz);
 /// Low pass of the motion, for rows of this bandwidth.

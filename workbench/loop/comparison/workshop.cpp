@@ -8,6 +8,7 @@
 #include "firmware/effects/catalogue.h"
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/diagnose.h"
+#include "workbench/estimate/measurement/conditioning.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
@@ -124,7 +125,7 @@ Measurement recorded(const sim::Axis& axis, const AxisParameters& parameters, st
   // A velocity table needs the frequencies of the reversals; the band in which the encoder's steps do not
   // matter ends far below them.
   const Log log = training_log(axis, run);
-  Measurement measurement(log, {.bandwidth_Hz = 0.05 * log.sample_rate_Hz});
+  Measurement measurement(log, {.bandwidth_Hz = kHighestBandwidth * log.sample_rate_Hz});
   weigh_rows(measurement);
   return measurement;
 }
