@@ -193,5 +193,12 @@ TEST(NormalEquations, PenaltyIsARowOfItsOwn) {
   EXPECT_LT((is - should).norm(), 1e-8 * should.norm());
 }
 
+// Eigen sums in an order that depends on them.
+TEST(LinearSystems, CachesAreOfOneSizeOnEveryMachine) {
+  EXPECT_EQ(Eigen::l1CacheSize(), 32 << 10);
+  EXPECT_EQ(Eigen::l2CacheSize(), 256 << 10);
+  EXPECT_EQ(Eigen::l3CacheSize(), 2 << 20);
+}
+
 }  // namespace
 }  // namespace slipstack::workbench
