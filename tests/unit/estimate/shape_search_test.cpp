@@ -142,6 +142,27 @@ TEST(ShapeSearch, KeepsAPartWithinTheEffectItIsAPartOf) {
   EXPECT_EQ(trial.term.gains[2], 0.0);
 }
 
+// No delay does nothing: a search that began there alone would never be looked at among others.
+TEST(ShapeSearch, BeginsTheSearchOfADelayWhereTheResidualShowsIt) {
+  for (const double delay_s : {2e-3, -0.4e-3}) {
+    Log prompt = test::wandering_log(3, 2000.0, 20'000, 0.0);
+    Log late = prompt;
+    for (std::size_t i = 0; i < prompt.force_N.size(); ++i) {
+      const double t = static_cast<double>(i) / 2000.0;
+      prompt.force_N[i] = 10.0 * std::sin(40.0 * t);
+      late.force_N[i] = 10.0 * std::sin(40.0 * (t - delay_s));
+    }
+    const Measurement measurement(late);
+    const Eigen::VectorXd residual_N = measurement.force_N() - Measurement(prompt).force_N();
+    const auto starts =
+        starting_shapes(measurement, *find_effect("time_delay"), residual_N, measurement.force_N());
+    EXPECT_TRUE(std::any_of(starts.begin(), starts.end(), [&](const std::vector<double>& shapes) {
+      return std::abs(shapes[0] - delay_s) < 0.05 * std::abs(delay_s);
+    })) << delay_s;
+    EXPECT_EQ(starts.front()[0], 0.0);
+  }
+}
+
 TEST(ShapeSearch, KeepsAPureDelay) {
   for (const std::uint64_t seed : {21u, 22u, 23u}) {
     const Term lag = lag_found({2e-3, 0.0}, 0.05, seed);

@@ -171,6 +171,18 @@ std::vector<std::vector<double>> with_lag_distances(const std::vector<ShapeRange
   return all;
 }
 
+/// Where the search of a delay begins: with none; and, since that does nothing, with that which removes most
+/// of the residual to first order, once and twice, since the other effects hold a part of what it explains.
+std::vector<double> delay_starts(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
+  const double tick_s = measurement.tick_s();
+  const Eigen::VectorXd change_Nps =
+      (measurement.force_N({tick_s, 0.0}) - measurement.force_N({-tick_s, 0.0})) / (2.0 * tick_s);
+  const double square = change_Nps.squaredNorm();
+  const double delay_s = square > 0.0 ? -change_Nps.dot(residual_N) / square : 0.0;
+  if (delay_s == 0.0) return {0.0};
+  return {0.0, delay_s, 2.0 * delay_s};
+}
+
 }  // namespace
 
 std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
@@ -200,7 +212,7 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
         values = ranges.size() > 2 ? std::vector{1.0} : std::vector{0.7, 1.2, 2.0};
         break;
       case ShapeKind::delay:
-        values = {0.0};
+        values = delay_starts(measurement, residual_N);
         break;
       case ShapeKind::damping:
         values = {0.02};
