@@ -7,6 +7,7 @@
 #include "workbench/base/parallel.h"
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/evidence.h"
+#include "workbench/diagnose/evidence/plausibility.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/uncertainty/held_out_error.h"
@@ -75,6 +76,13 @@ void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added
   });
   std::stable_partition(candidates.begin(), others,
                         [](const auto& one) { return is_supported(one.criterion_difference); });
+}
+
+bool is_implausible_alone(const Measurement& measurement, const FittedModel& baseline,
+                          const Candidate& candidate) {
+  FittedModel fitted = fit_gains(measurement, candidate.terms);
+  fitted.holdout_rmse_N = candidate.holdout_rmse_N;
+  return is_implausible(measurement, baseline, fitted);
 }
 
 void put_first(Diagnosis& diagnosis, const std::string& effect) {

@@ -17,6 +17,11 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
 /// that the log supports alone, since the first is the first step.
 void rank_candidates(Diagnosis& diagnosis, const std::vector<std::string>& added);
 
+/// Whether the candidate as fitted on the baseline is no finding, whatever its size (plausibility.h). Cost:
+/// one fit.
+bool is_implausible_alone(const Measurement& measurement, const FittedModel& baseline,
+                          const Candidate& candidate);
+
 /// Moves a candidate before all others. Where errors of the excerpt were replaced by those of whole logs,
 /// what is best alone may be another effect than the first step, which is what the verdict names.
 void put_first(Diagnosis& diagnosis, const std::string& effect);

@@ -18,6 +18,7 @@
 #include "workbench/diagnose/alternatives/lost_counts.h"
 #include "workbench/diagnose/alternatives/ringing.h"
 #include "workbench/diagnose/alternatives/spectral_line.h"
+#include "workbench/diagnose/candidates.h"
 #include "workbench/diagnose/evidence/criterion.h"
 #include "workbench/diagnose/evidence/naming_rule.h"
 #include "workbench/diagnose/evidence/plausibility.h"
@@ -126,14 +127,6 @@ bool far_better_alone(const Measurement& measurement, const Diagnosis& diagnosis
                               !is_named(effect.traits.special_case.id) &&
                               squared(candidate.holdout_rmse_N) < kMajority * squared(named_N);
                      });
-}
-
-/// Whether the candidate as fitted on the baseline is no finding whatever its size.
-bool is_implausible_alone(const Measurement& measurement, const FittedModel& baseline,
-                          const Candidate& candidate) {
-  FittedModel fitted = fit_gains(measurement, candidate.terms);
-  fitted.holdout_rmse_N = candidate.holdout_rmse_N;
-  return is_implausible(measurement, baseline, fitted);
 }
 
 /// Whether the candidate on the baseline is too small for a name.

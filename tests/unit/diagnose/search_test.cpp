@@ -13,7 +13,10 @@
 #include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/diagnose/candidates.h"
 #include "workbench/diagnose/search/elimination_and_exchange.h"
+#include "workbench/diagnose/search/forward_selection.h"
+#include "workbench/diagnose/search/steps.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/model/effect_adapters/effect_registry.h"
 
@@ -51,6 +54,47 @@ TEST(Search, ADriftInProportionToTimeIsADriftAlone) {
   const Result found = found_on(2026117009, {sim::EffectId::kMotorConstantRipple, sim::EffectId::kDrift});
   EXPECT_EQ(found.added, (std::vector<std::string>{"drift", "motor_constant_ripple"}));
   EXPECT_LT(found.error_over_floor, 1.1);
+}
+
+// Friction that falls with the velocity and follows it over the travel in which the hysteresis develops: to a
+// lag alone that is the deflection of a bristle, however little it leaves. What is implausible alone is not
+// told first.
+TEST(Search, WhatIsImplausibleAloneIsNotToldFirst) {
+  Log log = test::wandering_log(4, 2000.0, 40'000);
+  {
+    const Measurement motion(log);
+    Terms truth{make_term(motion, *find_effect("presliding_hysteresis")),
+                make_term(motion, *find_effect("frictional_lag"))};
+    truth[0].shapes = {10e-6, 40e-6};
+    truth[0].gains = {5e5, 1.25e5};
+    truth[1].shapes = {10e-3, 2.0, 1e3, 60e-6};
+    truth[1].gains = {0.5, 0.0};
+    log.force_N = evaluate_force(motion, truth).force_N;
+  }
+  test::Draw draw(5);
+  for (double& force_N : log.force_N) force_N += 0.02 * draw.normal();
+  log.mass_kg = 0.0;
+  Measurement measurement(log);
+  weigh_rows(measurement);
+  DiagnoseOptions options;
+  options.baseline = {"presliding_hysteresis"};
+  options.candidates = {"stribeck", "frictional_lag"};
+  const FittedModel baseline = fit_effects(measurement, options.baseline, {});
+  Found found = search(measurement, options, baseline);
+  Terms both = baseline.terms;
+  for (const char* id : {"frictional_lag", "stribeck"}) both.push_back(find_trial(found.alone, id)->term);
+  found.best = {fit_gains(measurement, both, &baseline), {"frictional_lag", "stribeck"}};
+  Diagnosis is;
+  is.baseline = baseline;
+  is.candidates = list_candidates(measurement, found);
+  rank_candidates(is, found.best.added);
+  ASSERT_EQ(is.candidates.front().term.id(), "frictional_lag") << "leaves more than Stribeck friction";
+  ASSERT_TRUE(is_implausible_alone(measurement, baseline, is.candidates.front()));
+  ASSERT_FALSE(is_implausible_alone(measurement, baseline, is.candidates[1]));
+  list_steps(found.context, found.best, is);
+  ASSERT_EQ(is.steps.size(), 3u);
+  EXPECT_EQ(is.steps[1].effect, "stribeck");
+  EXPECT_EQ(is.steps[2].effect, "frictional_lag");
 }
 
 // Beside a delay friction follows the velocity late, as a lubricant film does. Neither Stribeck friction nor

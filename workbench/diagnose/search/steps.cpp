@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "workbench/diagnose/candidates.h"
 #include "workbench/diagnose/evidence/evidence.h"
 #include "workbench/diagnose/evidence/reduction.h"
 #include "workbench/diagnose/search/forward_selection.h"
@@ -31,11 +33,20 @@ void put_next(const Measurement& measurement, const Terms& terms, const FittedMo
   }
 }
 
-/// The baseline with this effect, with the shapes that its candidate has.
-FittedModel fit_alone(const Measurement& measurement, const Diagnosis& diagnosis, const std::string& id) {
-  const auto alone = std::find_if(diagnosis.candidates.begin(), diagnosis.candidates.end(),
-                                  [&](const Candidate& candidate) { return candidate.term.id() == id; });
-  return fit_gains(measurement, alone->terms, &diagnosis.baseline);
+const Candidate& candidate_of(const Diagnosis& diagnosis, const std::string& id) {
+  return *std::find_if(diagnosis.candidates.begin(), diagnosis.candidates.end(),
+                       [&](const Candidate& candidate) { return candidate.term.id() == id; });
+}
+
+/// Moves the first effect that is plausible alone to the front. What is implausible alone was chosen for what
+/// another leaves, however little it would leave alone.
+void put_plausible_first(const Measurement& measurement, const Diagnosis& diagnosis,
+                         std::vector<std::string>& order) {
+  if (order.size() < 2) return;
+  const auto first = std::find_if(order.begin(), order.end(), [&](const std::string& id) {
+    return !is_implausible_alone(measurement, diagnosis.baseline, candidate_of(diagnosis, id));
+  });
+  if (first != order.end()) std::rotate(order.begin(), first, std::next(first));
 }
 
 /// Of two fits of the same effects the one that is closer to the training data.
@@ -69,6 +80,7 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
     const std::string id = candidate.term.id();
     if (std::find(best.added.begin(), best.added.end(), id) != best.added.end()) order.push_back(id);
   }
+  put_plausible_first(measurement, diagnosis, order);
   Terms terms = diagnosis.baseline.terms;
   FittedModel before = diagnosis.baseline;
   const FittedModel known = order.empty() ? best.model : with_standard_errors(measurement, best.model);
@@ -84,7 +96,8 @@ void list_steps(const SelectionContext& context, const Explanation& best, Diagno
         last ? best.model
              : refine_shapes_in_turn(measurement, fit_gains(measurement, terms, &best.model), kRefinement);
     if (i == 0 && !last && !splits_mass)
-      model = better_fit(std::move(model), fit_alone(measurement, diagnosis, order[0]));
+      model = better_fit(std::move(model), fit_gains(measurement, candidate_of(diagnosis, order[0]).terms,
+                                                     &diagnosis.baseline));
     if (!last) judge_on_unseen_data(measurement, model);
     diagnosis.steps.push_back({order[i], model.holdout_rmse_N, model.forward_rmse_N,
                                model.block_squared_error, context.criterion.difference(model, before),
