@@ -17,8 +17,9 @@ class FrictionalLag {
       .source = "frictional memory of the Leuven and GMS models [4]",
       .residual = "against velocity, one branch when speeding up and another when slowing down",
       .evidence =
-          "the friction level falls from standstill over {stribeck_velocity}, by {weakening} of the level at "
-          "speed, with a long tail by {weakening_with_tail} of it, and follows velocity late, by a time of "
+          "the friction falls from standstill to its level at speed over {stribeck_velocity}, by {weakening} "
+          "of that level, with a long tail by {weakening_with_tail} of it, and follows velocity late, by a "
+          "time of "
           "{lag}, over a distance of {lag_distance}",
       .cause = "the lubricant film needs time to form and to collapse",
       .confirm =
@@ -36,10 +37,9 @@ class FrictionalLag {
   /// film. The memories that were measured last 1 to 50 ms (Armstrong-Helouvry, Dupont, Canudas de Wit 1994,
   /// "A survey of models, analysis tools and compensation methods", section 2); a shorter one is none, one of
   /// seconds a change over time that the velocities of the log happen to follow.
-  static constexpr EffectTraits traits{
-      .role = Role::friction_memory,
-      .special_case = {.id = Stribeck<Real>::text.id},
-      .plausible = {.least_slip_distances = 2.0, .least_memory_s = 1e-3, .most_memory_s = 2.0}};
+  static constexpr EffectTraits traits{.role = Role::friction_memory,
+                                       .special_case = {.id = Stribeck<Real>::text.id},
+                                       .plausible = {.least_memory_s = 1e-3, .most_memory_s = 2.0}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 4;
 

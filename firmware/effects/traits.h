@@ -53,8 +53,6 @@ struct Plausibility {
   double least_samples = 0.0;       ///< of a time, in sampling intervals
   double least_share_of_dry = 0.0;  ///< of the dry friction, beside hysteresis
   double most_axis_masses = 0.0;    ///< of its mass, in masses of the part of the axis that does not swing
-  /// A lag over fewer mean slip distances, and over none in time, is the deflection of a bristle.
-  double least_slip_distances = 0.0;
   /// Of what follows the velocity late: the least and the longest time it may take.
   double least_memory_s = 0.0;
   double most_memory_s = 0.0;

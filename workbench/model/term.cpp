@@ -100,6 +100,10 @@ double mean_slip_m(const Term& hysteresis) {
   return sum_Nm / (level_N * static_cast<double>(hysteresis.gain_sets()));
 }
 
+double presliding_travel_m(const Term& hysteresis) {
+  return 2.0 * 2.0 * mean_slip_m(hysteresis);
+}
+
 bool mass_is_free(const Terms& terms) {
   const Term* inertia = find_role(terms, Role::inertia);
   return inertia != nullptr && inertia->lower[0] < inertia->upper[0];

@@ -58,6 +58,31 @@ TEST(EvidenceOf, SaysWhichShapeABoundHasDetermined) {
   EXPECT_FALSE(says(text, "damping is at an end")) << text;
 }
 
+// Whatever the log determines is told: each place of the text that stands for a shape or a gain, with its
+// interval. What is told in another form (a map, an amplitude, friction each way) has tests of its own.
+TEST(EvidenceOf, TellsEveryValueThatIsDetermined) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  const auto count = [](std::string_view text, std::string_view part) {
+    int found = 0;
+    for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++found;
+    return found;
+  };
+  for (const EffectDescription& effect : catalogue()) {
+    if (effect.has_shape(ShapeKind::travel) || effect.has_shape(ShapeKind::pitch) ||
+        effect.id() == "direction_asymmetry") {
+      continue;
+    }
+    Term term = make_term(measurement, effect);
+    for (std::size_t i = 0; i < term.shapes.size(); ++i)
+      term.shapes[i] = 0.4 * static_cast<double>(effect.shapes[i].lower + effect.shapes[i].upper);
+    term.shape_standard_errors.assign(term.shapes.size(), 1e-9);
+    term.gains.assign(term.gains.size(), 0.25);
+    term.gain_standard_errors.assign(term.gains.size(), 1e-3);
+    const std::string text = evidence_of(term, {term});
+    EXPECT_EQ(count(text, " +- "), count(effect.text.evidence, "{")) << effect.id() << ": " << text;
+  }
+}
+
 // Two gains that nearly cancel, b + e, are told as what they do to the friction each way.
 TEST(EvidenceOf, TellsAnAsymmetryAsTheFrictionEachWay) {
   Log log = test::wandering_log(5, 1000.0, 20'000);

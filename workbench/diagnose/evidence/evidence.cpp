@@ -138,9 +138,10 @@ constexpr std::string_view kWithConstantText =
 
 /// How a delay and a low pass are told of which the log determines the sum only, whatever their own text
 /// says.
-constexpr std::string_view kLag = "lag";
+constexpr std::string_view kDelayAndLowPass = "delay_and_low_pass";
 constexpr std::string_view kLagText =
-    "force and motion are {lag} apart in time by delay and low pass together (positive: the force comes "
+    "force and motion are {delay_and_low_pass} apart in time by delay and low pass together (positive: the "
+    "force comes "
     "later); which of both it is, the log does not determine";
 
 bool is_lag_of_either_kind(const Term& term) {
@@ -192,7 +193,7 @@ std::string value_of(const Term& term, const Derived& derived, std::string_view 
       return with_interval({derived.each_way.*known.member, derived.each_way_error.*known.member},
                            known.unit);
   }
-  if (name == kLag)
+  if (name == kDelayAndLowPass)
     return with_interval({measurement_dynamics_of({term}).total_s(), term.lag_standard_error_s}, "s");
   if (name == kForceInMiddle) return with_interval(derived.in_middle, "N");
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {

@@ -284,8 +284,7 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
   const double time_s = lag->shapes[2];
   const double distance_m = lag->shapes[3];
   // At the Stribeck velocity the lag in distance is the faster one: it determines what is seen.
-  return distance_m <= lag->effect->traits.plausible.least_slip_distances * mean_slip_m(*hysteresis) &&
-         distance_m <= time_s * velocity_mps;
+  return distance_m <= presliding_travel_m(*hysteresis) && distance_m <= time_s * velocity_mps;
 }
 
 bool lag_is_immediate(const FittedModel& model) {

@@ -28,14 +28,13 @@ bool below_visible(const EffectDescription& effect, const std::vector<ShapeRange
   return velocity != nullptr && shapes[velocity->index] < 1.05 * velocity->lower;
 }
 
-/// Whether the effect is a map over a travel, or repeats within one, of which friction takes most to develop
-/// after a reversal: 2 D for a slip distance D (Masing's second rule). Such an effect is another form of the
-/// hysteresis.
+/// Whether the effect is a map over a travel, or repeats within one, in which friction develops after a
+/// reversal. Such an effect is another form of the hysteresis.
 bool within_presliding(const Measurement& measurement, const Terms& base, const EffectDescription& effect,
                        const std::vector<double>& shapes) {
   const Term* hysteresis = find_role(base, Role::hysteresis);
   if (hysteresis == nullptr) return false;
-  const double develops_m = 2.0 * 2.0 * mean_slip_m(*hysteresis);
+  const double develops_m = presliding_travel_m(*hysteresis);
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
     const ShapeKind kind = effect.shapes[i].kind;
     if (kind == ShapeKind::travel && value_range(measurement.position_m()).length() < develops_m) return true;
