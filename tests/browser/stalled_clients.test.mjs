@@ -67,18 +67,31 @@ for (let i = 0; i < 40; ++i) stall('endless', `${head('POST', 'notes', 'Transfer
 for (let i = 0; i < 40; ++i) stall('download', head('GET', 'download?what=csv', 'Connection: close\r\n'));
 for (let i = 0; i < 40; ++i) stall('stranger', `${stranger('POST', 'upload?name=x.csv', 'Content-Length: 1000000000\r\n')}time_s`);
 
+// The server closes the connection that was idle longest when there are too many, and may do so just when its client sends: a
+// browser then sends a request that changes nothing once more (RFC 9112, 9.3.1), which fetch() of node does not.
+let repeated = 0;
+async function asBrowser(send) {
+  try {
+    return await send();
+  } catch (error) {
+    if (error.cause?.code !== 'UND_ERR_SOCKET') throw error;
+    ++repeated;
+    return send();
+  }
+}
+
 // Others are served, throughout.
 let slowest_ms = 0;
 let asked = 0;
 for (const end = Date.now() + 1.3 * kLeft_ms; Date.now() < end; ++asked) {
   for (const what of ['state', 'picture?log=0&signal=force&from=0&to=60&points=800', 'rows']) {
     const begin = performance.now();
-    const answer = await server.ask(what, {signal: AbortSignal.timeout(2 * kLeft_ms)});
+    const answer = await asBrowser(() => server.ask(what, {signal: AbortSignal.timeout(2 * kLeft_ms)}));
     await answer.arrayBuffer();
     assert.equal(answer.status, 200, what);
     slowest_ms = Math.max(slowest_ms, performance.now() - begin);
   }
-  const page = await fetch(server.origin);
+  const page = await asBrowser(() => fetch(server.origin));
   assert.match(await page.text(), /slipstack workbench/);
   await wait(200);
 }
@@ -98,6 +111,7 @@ console.log(`${stalled.length} stalled clients: slowest of ${4 * asked} answers 
   `${descriptors()} descriptors at the end (${before.descriptors} before), still open: ${JSON.stringify(still)}`);
 assert.deepEqual(Object.keys(still).filter((kind) => kind !== 'events'), []);
 assert.ok((still.events ?? 0) <= 32, `${still.events} streams of events are open`);
+assert.ok(repeated <= asked / 10, `${repeated} of ${4 * asked} requests had to be sent again`);
 assert.ok(slowest_ms < kAnswer_ms, `an answer took ${slowest_ms} ms`);
 assert.ok(during.memory_bytes - before.memory_bytes < kMostMemory_bytes, `${during.memory_bytes - before.memory_bytes} bytes more`);
 assert.ok(during.threads < kMostThreads, `${during.threads} threads`);
