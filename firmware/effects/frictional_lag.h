@@ -19,8 +19,7 @@ class FrictionalLag {
       .evidence =
           "the friction falls from standstill to its level at speed over {stribeck_velocity}, by {weakening} "
           "of that level, with a long tail by {weakening_with_tail} of it, and follows velocity late, by a "
-          "time of "
-          "{lag}, over a distance of {lag_distance}",
+          "time of {lag}, over a distance of {lag_distance}",
       .cause = "the lubricant film needs time to form and to collapse",
       .confirm =
           "slow moves whose speed varies as a sine at several frequencies: the loop force-velocity opens "

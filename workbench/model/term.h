@@ -82,8 +82,8 @@ double hysteresis_level_N(const Term& hysteresis);
 double hysteresis_level_N(const Term& hysteresis, std::size_t set);
 /// Its mean slip distance, each weighted by the level of its element [m]; zero where the level is zero.
 double mean_slip_m(const Term& hysteresis);
-/// The travel after a reversal in which most of it has developed: 2 D of an element of slip distance D
-/// (Masing's second rule), so twice that of the mean one [m].
+/// The travel after a reversal in which most of it has developed, four mean slip distances [m]: an element of
+/// slip distance D slips again after 2 D (Masing's second rule), most of them by twice that of the mean one.
 double presliding_travel_m(const Term& hysteresis);
 /// Whether the inertia is fitted, because no log declares the mass.
 bool mass_is_free(const Terms& terms);

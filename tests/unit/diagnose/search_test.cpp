@@ -88,7 +88,8 @@ TEST(Search, WhatIsImplausibleAloneIsNotToldFirst) {
   is.baseline = baseline;
   is.candidates = list_candidates(measurement, found);
   rank_candidates(is, found.best.added);
-  ASSERT_EQ(is.candidates.front().term.id(), "frictional_lag") << "leaves more than Stribeck friction";
+  ASSERT_EQ(is.candidates.front().term.id(), "frictional_lag")
+      << "alone it leaves less than Stribeck friction";
   ASSERT_TRUE(is_implausible_alone(measurement, baseline, is.candidates.front()));
   ASSERT_FALSE(is_implausible_alone(measurement, baseline, is.candidates[1]));
   list_steps(found.context, found.best, is);

@@ -141,8 +141,7 @@ constexpr std::string_view kWithConstantText =
 constexpr std::string_view kDelayAndLowPass = "delay_and_low_pass";
 constexpr std::string_view kLagText =
     "force and motion are {delay_and_low_pass} apart in time by delay and low pass together (positive: the "
-    "force comes "
-    "later); which of both it is, the log does not determine";
+    "force comes later); which of both it is, the log does not determine";
 
 bool is_lag_of_either_kind(const Term& term) {
   return term.effect->has_role(Role::measurement_delay) && each_shape_contains_zero(term) &&
