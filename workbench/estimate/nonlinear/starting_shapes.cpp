@@ -72,47 +72,132 @@ std::vector<double> periodogram(const std::vector<double>& bins, const std::vect
   return power;
 }
 
-/// Pitches at which `signal` repeats over position: the highest peaks of its periodogram over a uniform grid
-/// of positions.
-std::vector<double> repeating_pitches(const Measurement& measurement, const ShapeRange& range,
-                                      const Eigen::VectorXd& signal, std::size_t wanted) {
-  const ValueRange stroke = value_range(measurement.position_m());
-  constexpr int kBins = 4096;
-  std::vector<double> sum(kBins, 0.0);
-  std::vector<double> weight(kBins, 0.0);
-  const double bins_per_m = (kBins - 1) / std::max(stroke.length(), 1e-12);
-  for (Eigen::Index row = 0; row < signal.size(); ++row) {
-    const double x = measurement.position_m()[measurement.row_samples()[static_cast<std::size_t>(row)]];
-    const auto bin = static_cast<std::size_t>((x - stroke.low) * bins_per_m);
-    sum[bin] += signal(row);
-    weight[bin] += 1.0;
+/// The mean of a signal in bins of equal width over the stroke: every position counts once, however long the
+/// axis stood there.
+class PositionBins {
+ public:
+  explicit PositionBins(const Measurement& measurement)
+      : position_m_(measurement.position_m()),
+        stroke_(value_range(position_m_)),
+        bins_per_m_((kBins - 1) / std::max(stroke_.length(), 1e-12)) {}
+
+  double stroke_m() const { return stroke_.length(); }
+  void add(std::size_t sample, double value) {
+    const auto bin = static_cast<std::size_t>((position_m_[sample] - stroke_.low) * bins_per_m_);
+    sum_[bin] += value;
+    weight_[bin] += 1.0;
   }
-  // Every position counts once, however long the axis stood there.
-  double mean = 0.0;
-  double used = 0.0;
-  for (std::size_t i = 0; i < sum.size(); ++i) {
-    if (weight[i] == 0.0) continue;
-    sum[i] /= weight[i];
-    mean += sum[i];
-    used += 1.0;
+  /// The means less their mean; zero where nothing was added.
+  std::vector<double> deviations() const {
+    std::vector<double> means(kBins, 0.0);
+    double sum = 0.0;
+    double used = 0.0;
+    for (std::size_t i = 0; i < kBins; ++i) {
+      if (weight_[i] == 0.0) continue;
+      means[i] = sum_[i] / weight_[i];
+      sum += means[i];
+      used += 1.0;
+    }
+    const double mean = sum / std::max(used, 1.0);
+    for (std::size_t i = 0; i < kBins; ++i) means[i] = weight_[i] > 0.0 ? means[i] - mean : 0.0;
+    return means;
   }
-  mean /= std::max(used, 1.0);
+
+ private:
+  static constexpr std::size_t kBins = 4096;
+  const std::vector<double>& position_m_;
+  ValueRange stroke_;
+  double bins_per_m_;
+  std::vector<double> sum_ = std::vector<double>(kBins, 0.0);
+  std::vector<double> weight_ = std::vector<double>(kBins, 0.0);
+};
+
+/// Where a peak lies by the parabola through its bin and the two beside it, in bins.
+double top_of_peak(const std::vector<double>& power, std::size_t peak) {
+  const double before = power[peak - 1], after = power[peak + 1];
+  const double bend = before - 2.0 * power[peak] + after;
+  return static_cast<double>(peak) + (bend < 0.0 ? 0.5 * (before - after) / bend : 0.0);
+}
+
+/// The highest peaks of the periodogram of the signal in the bins, in periods within the stroke.
+struct RepeatingCycles {
+  std::vector<double> tried;  ///< of those that were tried, the nearest
+  std::vector<double> tops;   ///< by the parabola through its neighbours
+};
+
+RepeatingCycles repeating_cycles(const PositionBins& bins, const ShapeRange& range, std::size_t wanted) {
   const double lowest_cycles = 1.0;
-  const double highest_cycles = most_cycles(stroke.length(), range);
+  const double highest_cycles = most_cycles(bins.stroke_m(), range);
   std::vector<double> cycles;
   for (double c = lowest_cycles; c <= highest_cycles; c += kCyclesStep) cycles.push_back(c);
-  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] = weight[i] > 0.0 ? sum[i] - mean : 0.0;
-  const std::vector<double> power = periodogram(sum, cycles);
-  std::vector<double> pitches;
+  const std::vector<double> power = periodogram(bins.deviations(), cycles);
+  RepeatingCycles found;
   for (const std::size_t peak : peaks(power, wanted)) {
-    pitches.push_back(std::clamp(stroke.length() / cycles[peak], range.lower, range.upper));
+    found.tried.push_back(cycles[peak]);
+    found.tops.push_back(lowest_cycles + kCyclesStep * top_of_peak(power, peak));
   }
-  return pitches;
+  return found;
+}
+
+/// The residual with the sign of the velocity: what dry friction has in excess.
+double along_motion(const Measurement& measurement, std::size_t sample, double residual_N) {
+  return measurement.velocity_mps()[sample] < 0.0 ? -residual_N : residual_N;
+}
+
+/// What is sought in the residual: as the effect acts.
+double as_it_acts(const Measurement& measurement, const EffectDescription& effect, std::size_t sample,
+                  double residual_N, double force_N) {
+  if (effect.acts_as(Acts::total_scale)) return residual_N * force_N;
+  if (effect.acts_as(Acts::dry_scale)) return along_motion(measurement, sample, residual_N);
+  return residual_N;
+}
+
+PositionBins bins_of_rows(const Measurement& measurement, const EffectDescription& effect,
+                          const Eigen::VectorXd& residual_N, const Eigen::VectorXd& force_N) {
+  PositionBins bins(measurement);
+  for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
+    const std::size_t sample = measurement.row_samples()[static_cast<std::size_t>(row)];
+    bins.add(sample, as_it_acts(measurement, effect, sample, residual_N(row), force_N(row)));
+  }
+  return bins;
+}
+
+PositionBins bins_of_samples(const Measurement& measurement, const EffectDescription& effect,
+                             const std::vector<double>& model_N) {
+  PositionBins bins(measurement);
+  const std::vector<double>& measured_N = measurement.log().force_N;
+  for (const LogPart& part : measurement.parts()) {
+    for (const Interval& known : usable_intervals(part, 0)) {
+      for (std::size_t i = part.first_sample + known.first; i < part.first_sample + known.end; ++i)
+        bins.add(i, as_it_acts(measurement, effect, i, measured_N[i] - model_N[i], measured_N[i]));
+    }
+  }
+  return bins;
+}
+
+/// Periods within the stroke at which the residual repeats over the position, the strongest of the rows
+/// first. Where the axis passes a pitch faster than the bandwidth of the rows, they see it only where it
+/// turns, and any pitch that fits there; the samples see it everywhere. Their peak is taken at its top:
+/// beside the true pitch by an eighth of a period, half of the step, a quarter of the amplitude is left, and
+/// a wrong pitch may leave less.
+std::vector<double> cycles_seen(const Measurement& measurement, const EffectDescription& effect,
+                                const ShapeRange& range, const Eigen::VectorXd& residual_N,
+                                const Eigen::VectorXd& force_N, const std::vector<double>& model_N) {
+  std::vector<double> cycles =
+      repeating_cycles(bins_of_rows(measurement, effect, residual_N, force_N), range, 3).tried;
+  if (model_N.empty()) return cycles;
+  const RepeatingCycles of_samples =
+      repeating_cycles(bins_of_samples(measurement, effect, model_N), range, 1);
+  cycles.insert(cycles.end(), of_samples.tops.begin(), of_samples.tops.end());
+  return cycles;
 }
 
 std::vector<double> pitch_starts(const Measurement& measurement, const ShapeRange& range,
-                                 const Eigen::VectorXd& signal) {
-  std::vector<double> starts = repeating_pitches(measurement, range, signal, 3);
+                                 const std::vector<double>& cycles) {
+  const double stroke_m = value_range(measurement.position_m()).length();
+  std::vector<double> starts;
+  starts.reserve(2 * cycles.size() + 8);
+  for (const double one : cycles) starts.push_back(std::clamp(stroke_m / one, range.lower, range.upper));
   // The strongest line may be a harmonic: its double and triple pitch are tried too.
   const std::size_t lines = starts.size();
   for (std::size_t i = 0; i < std::min<std::size_t>(lines, 2); ++i) {
@@ -128,16 +213,6 @@ std::vector<double> pitch_starts(const Measurement& measurement, const ShapeRang
   if (axis_is_rotary() && kTurn_rad < range.upper) starts.push_back(kTurn_rad);
   if (starts.empty()) starts.push_back(middle_of(range));
   return starts;
-}
-
-/// The residual with the sign of the velocity: what dry friction has in excess.
-Eigen::VectorXd along_motion(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  Eigen::VectorXd along_N = residual_N;
-  for (Eigen::Index row = 0; row < along_N.size(); ++row) {
-    const std::size_t sample = measurement.row_samples()[static_cast<std::size_t>(row)];
-    if (measurement.velocity_mps()[sample] < 0.0) along_N(row) = -along_N(row);
-  }
-  return along_N;
 }
 
 std::vector<double> frequency_starts(const Measurement& measurement, const ShapeRange& range,
@@ -188,7 +263,8 @@ std::vector<double> delay_starts(const Measurement& measurement, const Eigen::Ve
 std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
                                                  const EffectDescription& effect,
                                                  const Eigen::VectorXd& residual_N,
-                                                 const Eigen::VectorXd& force_N) {
+                                                 const Eigen::VectorXd& force_N,
+                                                 const std::vector<double>& sample_force_N) {
   std::vector<std::vector<double>> points{default_shapes(measurement, effect)};
   const std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   if (effect.has_shape(ShapeKind::user_defined))
@@ -197,13 +273,8 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
     std::vector<double> values;
     switch (effect.shapes[range.index].kind) {
       case ShapeKind::pitch:
-        if (effect.acts_as(Acts::total_scale)) {
-          values = pitch_starts(measurement, range, residual_N.cwiseProduct(force_N));
-        } else if (effect.acts_as(Acts::dry_scale)) {
-          values = pitch_starts(measurement, range, along_motion(measurement, residual_N));
-        } else {
-          values = pitch_starts(measurement, range, residual_N);
-        }
+        values = pitch_starts(measurement, range,
+                              cycles_seen(measurement, effect, range, residual_N, force_N, sample_force_N));
         break;
       case ShapeKind::frequency:
         values = frequency_starts(measurement, range, residual_N);
