@@ -63,6 +63,26 @@ TEST(Measurement, PredictsTheNoiseAfterTheFilter) {
 
 // A motion whose period is as long as the blocks of all folds: each of them would leave out the same part of
 // every repetition, which no other fit has seen.
+double bandwidth_with_steps_Hz(double encoder_m) {
+  Log log = test::wandering_log(5, 4000.0, 160'000);
+  log.mass_kg = 4.0;
+  log.encoder_resolution_m = encoder_m;
+  return Measurement(log).bandwidth_Hz();
+}
+
+// A force of 2.1 N (standard deviation). The steps of the encoder, multiplied by 4 kg, are 2 % of it within
+// 20 Hz where they are 50 um, within 124 Hz where they are 0.5 um; a hundredth of the rate suffices.
+TEST(Measurement, TheEncodersStepsAreASmallPartOfTheForce) {
+  const double coarse_Hz = bandwidth_with_steps_Hz(50e-6);
+  const double omega2_per_s2 = std::pow(2.0 * std::numbers::pi * coarse_Hz, 2);
+  // White noise of an LSB / sqrt(12), differentiated twice: density 4 LSB^2 / 12 w^4 / rate.
+  const double steps_N =
+      4.0 * 50e-6 * omega2_per_s2 / std::sqrt(12.0) * std::sqrt(2.0 * coarse_Hz / 4000.0 / 5.0);
+  EXPECT_NEAR(steps_N, 0.02 * 3.0 / std::numbers::sqrt2, 2e-3);
+  EXPECT_DOUBLE_EQ(bandwidth_with_steps_Hz(0.5e-6), 40.0);
+  EXPECT_DOUBLE_EQ(bandwidth_with_steps_Hz(50e-3), 4.0);
+}
+
 TEST(Measurement, EachFoldSeesAllPartsOfAMotionThatRepeats) {
   constexpr double kSeconds = 60.0;
   for (const double period_s : {10.0, 5.0, 9.9, 4.0, 7.3}) {

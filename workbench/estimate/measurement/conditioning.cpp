@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <span>
 
+#include "workbench/base/statistics.h"
 #include "workbench/signal/spectrum.h"
 #include "workbench/signal/zero_phase.h"
 
@@ -20,6 +23,32 @@ double band_above_quantisation_Hz(const LogPart& part) {
   if (!(quantisation_N > 0.0) || !(part.force_noise_N > 0.0)) return std::numeric_limits<double>::infinity();
   const double omega2 = part.force_noise_N / quantisation_N * std::sqrt(5.0);
   return std::sqrt(omega2) / (2.0 * std::numbers::pi);
+}
+
+/// The share of the force (standard deviation) that the encoder's steps may be within the least bandwidth.
+/// Chosen: where they were 12 %, a payload of 30 % was below the noise floor.
+constexpr double kStepsOfForce = 0.02;
+/// No bandwidth is lower, relative to the sampling rate: its filters would be longer than some thousand
+/// samples. Nor is one that is lower than this for the quantisation alone.
+constexpr double kLowestBandwidth = 0.001;
+constexpr double kSufficientBandwidth = 0.01;
+
+double standard_deviation(std::span<const double> values) {
+  const auto count = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / count;
+  return std::sqrt(std::transform_reduce(values.begin(), values.end(), 0.0, std::plus<>(),
+                                         [mean](double value) { return squared(value - mean); }) /
+                   count);
+}
+
+/// The bandwidth within which the encoder's steps, as white noise differentiated twice and multiplied by the
+/// mass, are kStepsOfForce of the force.
+double band_of_small_steps_Hz(const LogPart& part, std::span<const double> force_N, double rate_Hz) {
+  const double step_N_s2 = part.rough_mass_kg * part.encoder_resolution_m * squared(2.0 * std::numbers::pi);
+  if (!(step_N_s2 > 0.0)) return std::numeric_limits<double>::infinity();
+  const double small_N = kStepsOfForce * standard_deviation(force_N);
+  // (step B^2)^2 / (12 * 5) * 2 B / rate = small^2
+  return std::pow(30.0 * rate_Hz * squared(small_N / step_N_s2), 0.2);
 }
 
 /// Highest frequency at which the force is stronger than its noise; `unknown_Hz` where the log is too short.
@@ -62,14 +91,17 @@ double bandwidth_shown_Hz(const Log& log, const std::vector<LogPart>& parts) {
   const double highest = kHighestBandwidth * rate;
   double limit = highest;
   double excited = 0.0;
+  double sufficient = kSufficientBandwidth * rate;
   for (const LogPart& part : parts) {
     limit = std::min(limit, band_above_quantisation_Hz(part));
     const std::span<const double> force_N =
         std::span(log.force_N).subspan(part.first_sample, part.sample_count);
     excited = std::max(excited, excited_Hz(force_N, rate, part.force_noise_N, highest));
+    sufficient = std::min(sufficient, band_of_small_steps_Hz(part, force_N, rate));
   }
   const double duration_s = static_cast<double>(log.position_m.size()) / rate;
-  const double least = std::min(highest, std::max(0.01 * rate, bandwidth_of_enough_rows_Hz(duration_s)));
+  const double lowest = std::max(kLowestBandwidth * rate, bandwidth_of_enough_rows_Hz(duration_s));
+  const double least = std::min(highest, std::max(lowest, sufficient));
   return std::clamp(std::min(limit, excited), least, highest);
 }
 
