@@ -10,6 +10,7 @@
 #include "workbench/base/text.h"
 #include "workbench/estimate/nonlinear/checks.h"
 #include "workbench/estimate/nonlinear/filtered_force.h"
+#include "workbench/estimate/nonlinear/ringing_band.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -56,6 +57,9 @@ void LogSearch::measure() {
     if (const auto filter = filter_of_force(measurement())) {
       conditioning_.force_cut_Hz = filter->cut_Hz;
       conditioning_.bandwidth_Hz = std::min(filter->flat_Hz, measurement().bandwidth_Hz());
+      searched_ = logs_.measure(intervals_, conditioning_);
+    } else if (const auto bandwidth_Hz = bandwidth_of_ringing_Hz(measurement())) {
+      conditioning_.bandwidth_Hz = *bandwidth_Hz;
       searched_ = logs_.measure(intervals_, conditioning_);
     }
   }

@@ -10,9 +10,11 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <numbers>
 #include <numeric>
 #include <thread>
 
+#include "tests/unit/draw.h"
 #include "tests/unit/estimate/simulated_axis.h"
 #include "tests/unit/temporary_directory.h"
 #include "workbench/base/errors.h"
@@ -143,6 +145,68 @@ TEST(LogSearch, ASecondSearchIsThatOfTheLogsAsTheyWereOpened) {
   EXPECT_EQ(second.paths(), opened.paths());
   EXPECT_EQ(second.measurement().row_weights(), opened.measurement().row_weights());
   expect_equal(second.diagnose(options), opened.diagnose(options));
+}
+
+/// A mass of 2 kg with 5 N of friction that goes from place to place, recorded at 200 Hz; `arm_kg` more swing
+/// at 15.7 Hz with 2 % damping.
+Log log_with_arm(double arm_kg) {
+  constexpr int kSubsteps = 10;
+  constexpr double kTick_s = 5e-3 / kSubsteps;
+  constexpr double kTurn_per_s = 2.0 * std::numbers::pi * 15.7;
+  const auto quintic = [](double u) {
+    const double within = std::clamp(u, 0.0, 1.0);
+    return within * within * within * (10.0 - 15.0 * within + 6.0 * within * within);
+  };
+  slipstack::test::Draw draw(11);
+  std::vector<double> position_m;
+  double at_m = 0.0;
+  while (position_m.size() < std::size_t{40} * 200 * kSubsteps) {
+    const double goal_m = draw.uniform(0.0, 1.0);
+    const double take_s = draw.uniform(0.4, 1.2);
+    for (double t = 0.0; t < take_s + 0.3; t += kTick_s)
+      position_m.push_back(at_m + (goal_m - at_m) * quintic(t / take_s));
+    at_m = goal_m;
+  }
+  Log log;
+  log.path = "arm";
+  log.sample_rate_Hz = 200.0;
+  log.mass_kg = 2.0;
+  double bristle = 0.0;
+  double swing_m = 0.0;
+  double swing_mps = 0.0;
+  for (std::size_t i = 1; i + 1 < position_m.size(); ++i) {
+    const double acceleration_mps2 =
+        (position_m[i - 1] - 2.0 * position_m[i] + position_m[i + 1]) / (kTick_s * kTick_s);
+    const double spring_mps2 = kTurn_per_s * kTurn_per_s * swing_m + 0.04 * kTurn_per_s * swing_mps;
+    swing_mps += (-acceleration_mps2 - spring_mps2) * kTick_s;
+    swing_m += swing_mps * kTick_s;
+    const double step_m = position_m[i] - position_m[i - 1];
+    if (step_m != 0.0) {
+      const double side = std::copysign(1.0, step_m);
+      bristle = side + (bristle - side) * std::exp(-std::abs(step_m) / 0.5e-3);
+    }
+    if (i % kSubsteps != 0) continue;
+    log.position_m.push_back(position_m[i]);
+    log.force_N.push_back(2.0 * acceleration_mps2 + 5.0 * bristle - arm_kg * spring_mps2 +
+                          0.02 * draw.normal());
+  }
+  return log;
+}
+
+// A twentieth of the rate is 10 Hz. Every command measures the logs as this does.
+TEST(LogSearch, TheBandwidthHoldsAModeThatRingsAboveIt) {
+  SingleProcess alone;
+  Progress progress;
+  LogSearch without({&alone, {"arm"}, {}, {{"arm", log_with_arm(0.0)}}}, progress);
+  EXPECT_LE(without.measurement().bandwidth_Hz(), 10.0);
+  LogSearch logs({&alone, {"arm"}, {}, {{"arm", log_with_arm(0.6)}}}, progress);
+  EXPECT_NEAR(logs.measurement().bandwidth_Hz(), 1.5 * 15.7, 1.0);
+  DiagnoseOptions options;
+  options.baseline = kBaseline;
+  const Diagnosis diagnosis = logs.diagnose(options);
+  ASSERT_GE(diagnosis.steps.size(), 2u);
+  ASSERT_EQ(diagnosis.steps[1].effect, "structural_resonance");
+  EXPECT_NEAR(find_role(diagnosis.steps[1].terms, Role::resonance)->shapes[0], 15.7, 0.1);
 }
 
 TEST(WholeLogs, AnExcerptJudgedByTheWholeGivesTheDiagnosisOfTheWhole) {

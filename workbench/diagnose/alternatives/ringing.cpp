@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -15,24 +14,11 @@
 #include "workbench/diagnose/evidence/chance.h"
 #include "workbench/diagnose/evidence/held_out.h"
 #include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/nonlinear/ringing_band.h"
 #include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {
 namespace {
-
-/// Bins of a spectrum within the bandwidth of the rows, and segments of which it is the mean. Chosen: the
-/// width of a light mode above the bandwidth is then several bins, if the log is long enough.
-constexpr double kMostBinsInBandwidth = 64.0;
-constexpr double kLeastBinsInBandwidth = 16.0;
-constexpr double kLeastSegments = 8.0;
-
-/// A power of two.
-std::size_t segment_length(const Measurement& measurement, std::size_t samples) {
-  const double in_bandwidth = measurement.sample_rate_Hz() / measurement.bandwidth_Hz();
-  const double wanted = std::clamp(static_cast<double>(samples) / kLeastSegments,
-                                   kLeastBinsInBandwidth * in_bandwidth, kMostBinsInBandwidth * in_bandwidth);
-  return std::bit_floor(static_cast<std::size_t>(wanted));
-}
 
 /// Least density of a peak over that beside it. Of 24 simulated axes the lobes that the motion itself has up
 /// there, unseen by the encoder, rise to 5; decaying oscillations of 3 % damping rise to 20 and more.
@@ -157,7 +143,7 @@ struct Ringing {
 std::optional<Ringing> ringing_of(const Measurement& measurement, const LogPart& part, double mass_kg,
                                   std::span<const double> residual_N) {
   const double rate_Hz = measurement.sample_rate_Hz();
-  const std::size_t segment = segment_length(measurement, residual_N.size());
+  const std::size_t segment = segment_above_rows(measurement, residual_N.size());
   const Spectrum spectrum = power_spectrum(residual_N, rate_Hz, segment);
   if (spectrum.density.empty()) return {};
   const double bin_Hz = spectrum.frequency_Hz[1];
