@@ -121,7 +121,10 @@ bool has_no_true_mode(const Terms& terms) {
   // Where the mass is declared, the mode takes its own from it; where it is fitted, the mode has no rigid
   // part.
   const double axis_kg = mass_is_free(terms) ? moving_kg : moving_kg + std::min(0.0, rigid_kg);
-  return implausibly_damped ||
+  double modal_kg = mode->gains[0];
+  for (std::size_t set = 1; set < mode->gain_sets(); ++set)
+    modal_kg = std::min(modal_kg, mode->gains[set * mode->gains_per_set()]);
+  return implausibly_damped || modal_kg < 0.0 ||
          std::hypot(mode->gains[0], mode->gains[1]) > traits.plausible.most_axis_masses * axis_kg;
 }
 

@@ -89,9 +89,10 @@ double presliding_travel_m(const Term& hysteresis);
 bool mass_is_free(const Terms& terms);
 
 /// Whether the terms have an implausible mode: of a damping that no structure has (a line in time takes the
-/// form of a mode without any), or of nearly all of the mass of the axis. The parameters
-/// of a mode take such values when it fits something else: a delay, or, in slow motion of one frequency,
-/// friction of another form.
+/// form of a mode without any), of nearly all of the mass of the axis, or of a mass below zero: what a
+/// passive structure adds to the mass at its driving point is positive in every mode (Foster 1924). The
+/// parameters of a mode take such values when it fits something else: a delay, or, in slow motion of one
+/// frequency, friction of another form.
 bool has_no_true_mode(const Terms& terms);
 
 }  // namespace slipstack::workbench

@@ -539,6 +539,18 @@ TEST(HasNoTrueMode, WhereMostOfAFittedMassSwings) {
   EXPECT_TRUE(has_no_true_mode(with_arm(measurement, 30.6).terms));
 }
 
+// A passive structure adds to the mass at its driving point in every mode.
+TEST(HasNoTrueMode, WhereAMassBelowZeroSwings) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  FittedModel model = with_arm(measurement, 0.3);
+  Term& mode = model.terms.back();
+  mode.gains = {0.3, 0.0, 0.0, 0.2, 0.0, 0.0};  // of two logs
+  EXPECT_FALSE(has_no_true_mode(model.terms));
+  mode.gains[3] = -0.2;
+  EXPECT_TRUE(has_no_true_mode(model.terms));
+  EXPECT_TRUE(has_no_true_mode(with_arm(measurement, -0.3).terms));
+}
+
 // Behind the last sample nobody knows where the axis goes: an acceleration there is none that was fitted.
 TEST(ChangesOfFriction, AreJudgedWhereTheFitLooks) {
   Log log = test::log_of(

@@ -98,13 +98,16 @@ std::string with_interval(const Fitted& fitted, const char* unit) {
 
 constexpr std::string_view kNotDetermined = ", not determined";
 
-/// Of a shape that is positive (all but places), an interval that contains zero says nothing of its size.
+/// Of a shape that is positive (all but places), an interval that contains zero says nothing of its size; nor
+/// does a damping at an end of its search, which has no interval.
 std::string shape_with_interval(const Term& term, std::size_t shape) {
   const ShapeSpec& spec = term.effect->shapes[shape];
   const double half_width = 2.0 * term.shape_standard_error(shape);
   const std::string text = shape_value_with_interval(spec, term.shapes[shape], half_width);
   if (spec.kind == ShapeKind::pitch && is_one_turn(term.shapes[shape])) return text + " (one turn)";
-  return spec.lower >= 0.0f && half_width >= term.shapes[shape] ? text + std::string(kNotDetermined) : text;
+  const bool at_end = spec.kind == ShapeKind::damping && shape_ended_at_bound(term, shape);
+  const bool contains_zero = spec.lower >= 0.0f && half_width >= term.shapes[shape];
+  return at_end || contains_zero ? text + std::string(kNotDetermined) : text;
 }
 
 /// The amplitude of a group of gains: of cosine and sine gains that of the harmonic whose interval is highest
