@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "workbench/diagnose/evidence/contains_zero.h"
 #include "workbench/estimate/nonlinear/fit.h"
+#include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
@@ -56,7 +58,19 @@ std::pair<Explanation, Explanation> with_fixed_arm(const SelectionContext& conte
   return {std::move(fixed), std::move(split)};
 }
 
-/// Adds a payload beside the mode where the rigid mass is neither of the two that an arm can have.
+/// Whether the log determines the payload beside the mode: one of its gains is not within two standard errors
+/// of zero.
+bool payload_is_determined(const SelectionContext& context, const FittedModel& model) {
+  const FittedModel known = with_standard_errors(context.measurement, model);
+  const Term& payload = *find_role(known.terms, Role::added_mass);
+  for (std::size_t i = 0; i < payload.gains.size(); ++i) {
+    if (!contains_zero(payload.gains[i], payload.gain_standard_error(i))) return true;
+  }
+  return false;
+}
+
+/// Adds a payload beside the mode where the rigid mass is neither of the two that an arm can have, and the
+/// log determines the payload. Else it remains the mode's: without it the mode would be another.
 void split_payload_off(const SelectionContext& context, Explanation& explanation) {
   if (!(find_role(explanation.model.terms, Role::resonance)->gains[kModal] > 0.0)) return;
   auto [mounted, mounted_split] = with_fixed_arm(context, explanation, 0.0);
@@ -68,7 +82,10 @@ void split_payload_off(const SelectionContext& context, Explanation& explanation
       std::any_of(payload.gains.begin(), payload.gains.end(), [](double mass_kg) { return mass_kg < 0.0; });
   Explanation& split = is_contained ? contained_split : mounted_split;
   const Explanation& arm = is_better(context, mounted, contained) ? mounted : contained;
-  if (is_step(context, arm, explanation) && is_step(context, arm, split)) explanation = std::move(split);
+  if (is_step(context, arm, explanation) && is_step(context, arm, split) &&
+      payload_is_determined(context, split.model)) {
+    explanation = std::move(split);
+  }
 }
 
 }  // namespace
