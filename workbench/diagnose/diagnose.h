@@ -102,6 +102,8 @@ struct DiagnoseOptions {
   std::function<void(const Trial& trial, double baseline_N)> tried = {};
   /// Effects to try; all of the catalogue where empty. The result does not depend on their order.
   std::vector<std::string> candidates = {};
+  /// Whether causes outside the catalogue are tried beside them.
+  bool with_causes = true;
 
   /// Calls `progress`, where there is one.
   void report(const std::string& stage, double fraction) const;

@@ -175,6 +175,46 @@ TEST(Search, NamesNoModeWhereAControllerAnswersTheEncoder) {
   }
 }
 
+// In a motion that repeats a force over the time since the load changed its sign is any curve, and one of
+// viscous friction beside a bristle's is explained by it: less is left than by viscous friction, which alone
+// explains nearly all.
+TEST(Search, AMotionThatRepeatsIsNoGapWhereViscousFrictionExplainsNearlyAll) {
+  constexpr double kTick_s = 5e-3;
+  constexpr double kPeriod_s = 4.67;
+  constexpr double kMass_kg = 0.35;
+  constexpr double kViscous_N_s_per_m = 0.32;
+  constexpr double kDevelops_m = 0.87e-3;  // the friction of 1 N, as in a model of Dahl
+  constexpr double kEncoder_m = 0.767e-3;
+  const auto quintic = [](double u) {
+    const double within = std::clamp(u, 0.0, 1.0);
+    return within * within * within * (10.0 - 15.0 * within + 6.0 * within * within);
+  };
+  const auto position_m = [&](double t) {
+    const double u = std::fmod(t, kPeriod_s) / kPeriod_s;
+    return 3.0 * (quintic(u / 0.35) - quintic((u - 0.5) / 0.35));
+  };
+  test::Draw draw(7);
+  double bristle = 0.0;
+  double before_m = position_m(0.0);
+  Log log = test::log_of(1.0 / kTick_s, 9650, position_m, [&](double t) {
+    for (int i = 9; i >= 0; --i) {
+      const double x = position_m(std::max(0.0, t - 0.1 * i * kTick_s));
+      const double side = x > before_m ? 1.0 : x < before_m ? -1.0 : 0.0;
+      bristle = side + (bristle - side) * std::exp(-std::abs(x - before_m) / kDevelops_m);
+      before_m = x;
+    }
+    const double ahead_m = position_m(t + 1e-3), behind_m = position_m(std::max(0.0, t - 1e-3));
+    return kMass_kg * (ahead_m - 2.0 * position_m(t) + behind_m) / 1e-6 + bristle +
+           kViscous_N_s_per_m * (ahead_m - behind_m) / 2e-3 + 0.007 * draw.normal();
+  });
+  for (double& x : log.position_m) x = std::round(x / kEncoder_m) * kEncoder_m;
+  log.mass_kg = kMass_kg;
+  log.encoder_resolution_m = kEncoder_m;
+  const Diagnosis diagnosis = test::diagnosed(log);
+  ASSERT_GE(diagnosis.steps.size(), 2u);
+  EXPECT_EQ(diagnosis.steps[1].effect, "viscous");
+}
+
 /// What is left of viscous friction and a constant force, both of one gain, on a log with 5 N s/m and
 /// `offset_N`.
 std::vector<std::string> determined(double offset_N) {

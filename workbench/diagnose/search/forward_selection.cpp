@@ -56,6 +56,7 @@ std::vector<const EffectDescription*> effects_to_try(const Measurement& measurem
     }
     effects.push_back(effect);
   }
+  if (!options.with_causes) return effects;
   for (const EffectDescription* cause : causes_to_try(measurement, terms)) {
     if (!contains(terms, cause->text.id)) effects.push_back(cause);
   }

@@ -115,6 +115,27 @@ void improve(Found& found, std::vector<std::string>& refused) {
   refuse(drop_undetermined(found.context, found.best));
 }
 
+/// Goes back to the last explanation of the path that has all effects of the best one, none that was refused,
+/// fewer than `most`, and is a step on it; and improves it. Of two effects that stand for each other each is
+/// no step beside the other, and the elimination may end with neither.
+void recover_step(Found& found, const std::vector<Explanation>& path, std::size_t most,
+                  std::vector<std::string>& refused) {
+  const auto has = [](const std::vector<std::string>& ids, const std::string& id) {
+    return std::find(ids.begin(), ids.end(), id) != ids.end();
+  };
+  const auto lost = std::find_if(path.rbegin(), path.rend(), [&](const Explanation& one) {
+    return one.added.size() < most && one.added.size() > found.best.added.size() &&
+           std::all_of(found.best.added.begin(), found.best.added.end(),
+                       [&](const std::string& id) { return has(one.added, id); }) &&
+           std::none_of(one.added.begin(), one.added.end(),
+                        [&](const std::string& id) { return has(refused, id); }) &&
+           is_step(found.context, found.best, one);
+  });
+  if (lost == path.rend()) return;
+  found.best = *lost;
+  improve(found, refused);
+}
+
 /// The last explanation of the path that has none of the effects; without one the baseline.
 Explanation last_without(const std::vector<std::string>& effects, const std::vector<Explanation>& path,
                          const FittedModel& baseline) {
@@ -136,7 +157,9 @@ void choose_effects(Measurement& measurement, const DiagnoseOptions& options, Fo
   }
   std::vector<std::string> refused;
   while (!found.best.added.empty()) {
+    const std::size_t chosen = found.best.added.size();
     improve(found, refused);
+    recover_step(found, path, chosen, refused);
     const auto fewer = std::erase_if(remaining.candidates, [&](const std::string& id) {
       return std::find(refused.begin(), refused.end(), id) != refused.end();
     });
@@ -225,6 +248,31 @@ Explanation without_causes(const Found& found, const FittedModel& joint, bool wi
 /// payload beside play, an offset under a random walk), hidden effects 0.15 at most (docs/theory.md).
 constexpr double kNoImitation = 0.05;
 
+/// Whether effects leave so little that they imitate no cause (kNoImitation).
+bool explains_nearly_all(const SelectionContext& context, double effects_N) {
+  const double floor_N = context.measurement.noise_floor_N();
+  return explained_N2(effects_N, floor_N) <
+         kNoImitation * explained_N2(context.baseline.holdout_rmse_N, floor_N);
+}
+
+/// The one effect that explains nearly all without any cause, if there is one. What was chosen beside causes
+/// is only what they leave: a curve over the time since a reversal is, in a motion that repeats, any curve.
+/// Several effects together imitate a cause (a mode and a payload a loose coupling).
+std::optional<Explanation> sufficient_effect(Measurement& measurement, const DiagnoseOptions& options,
+                                             const Found& found) {
+  const bool may_suffice = std::any_of(found.alone.begin(), found.alone.end(), [&](const Trial& trial) {
+    return explains_nearly_all(found.context, trial.holdout_rmse_N);
+  });
+  if (!may_suffice) return {};
+  Found other{{found.context.baseline, {}}, {}, found.context, found.alone, {}, {}};
+  DiagnoseOptions effects_only = options;
+  effects_only.with_causes = false;
+  choose_effects(measurement, effects_only, other);
+  const bool suffices =
+      other.best.added.size() == 1 && explains_nearly_all(found.context, other.best.model.holdout_rmse_N);
+  return suffices ? std::optional(std::move(other.best)) : std::nullopt;
+}
+
 /// Whether causes are what the log shows, and the effects only imitate them: alone they leave less than the
 /// effects do alone; unless the effects explain nearly all of what there is beyond the floor (kNoImitation),
 /// or most of it, and the causes less than half of the rest. A curve over time that has an offset in it
@@ -236,9 +284,8 @@ bool causes_explain_most(const SelectionContext& context, const FittedModel& cau
   const double effects_N = effects_alone.holdout_rmse_N;
   const bool only_the_rest = explains_most(context.baseline.holdout_rmse_N, effects_N, floor_N) &&
                              !explains_most(effects_N, joint.holdout_rmse_N, floor_N);
-  const bool nearly_all = explained_N2(effects_N, floor_N) <
-                          kNoImitation * explained_N2(context.baseline.holdout_rmse_N, floor_N);
-  return causes_alone.holdout_rmse_N < effects_N && !only_the_rest && !nearly_all;
+  return causes_alone.holdout_rmse_N < effects_N && !only_the_rest &&
+         !explains_nearly_all(context, effects_N);
 }
 
 /// Where causes explain most, the effects that they supplement keep their names alone.
@@ -259,8 +306,7 @@ void keep_supplemented(const FittedModel& joint, const Terms& causes, Found& fou
 
 /// Takes what is outside the catalogue from the results: no controller has it. What was chosen beside it is
 /// reported without it.
-void set_causes_apart(Found& found) {
-  const Measurement& measurement = found.context.measurement;
+void set_causes_apart(Measurement& measurement, const DiagnoseOptions& options, Found& found) {
   const auto is_cause = [](const Term& term) { return is_outside_catalogue(*term.effect); };
   std::erase_if(found.alone, [&](const Trial& trial) { return is_cause(trial.term); });
   std::erase_if(found.first_level, [&](const Explanation& one) { return is_cause(one.model.terms.back()); });
@@ -292,6 +338,12 @@ void set_causes_apart(Found& found) {
     if (found.outside.explain_most) keep_supplemented(joint, causes, found);
     if (!found.outside.explain_most) break;
   }
+  if (found.outside.explain_most) {
+    if (auto sufficient = sufficient_effect(measurement, options, found)) {
+      found.best = *std::move(sufficient);
+      found.outside.explain_most = false;
+    }
+  }
   std::erase_if(beside, [&](const std::string& id) { return contains(found.best.model.terms, id); });
   for (const Term& cause : causes) {
     const FittedModel others = fit_gains(measurement, without(joint.terms, cause.id()), &joint);
@@ -314,7 +366,7 @@ Found search(Measurement& measurement, const DiagnoseOptions& options, const Fit
   Found found{{}, {}, {measurement, baseline, criterion}, {}, {}, {}};
   found.best.model = baseline;
   choose_effects(measurement, options, found);
-  set_causes_apart(found);
+  set_causes_apart(measurement, options, found);
   if (found.withheld && !is_one_more(found.best, *found.withheld)) found.withheld.reset();
   lower_noise_floor(measurement, *found.best.model.linearisation);
   return found;
