@@ -28,8 +28,8 @@ double band_above_quantisation_Hz(const LogPart& part) {
 /// The share of the force (standard deviation) that the encoder's steps may be within the least bandwidth.
 /// Chosen: where they were 12 %, a payload of 30 % was below the noise floor.
 constexpr double kStepsOfForce = 0.02;
-/// No bandwidth is lower, relative to the sampling rate: its filters would be longer than some thousand
-/// samples. Nor is one that is lower than this for the quantisation alone.
+/// The least bandwidth, relative to the sampling rate: the second where the encoder's steps are small there,
+/// else where they become small, but never below the first, whose filters are some thousand samples long.
 constexpr double kLowestBandwidth = 0.001;
 constexpr double kSufficientBandwidth = 0.01;
 

@@ -241,13 +241,14 @@ Trial try_effect(const Measurement& measurement, const FittedModel& base, const 
   ShapeCosts costs(measurement, base, best.term, constraints, bound_states);
   const auto cost = [&](const std::vector<double>& shapes) { return costs.of(shapes); };
 
+  const std::vector<double> none;
+  const bool repeats = effect.has_shape(ShapeKind::pitch);
   auto starts =
       start != nullptr
           ? std::vector<std::vector<double>>{*start}
-          : starting_shapes(
-                measurement, effect, linearisation.residual_N().cwiseProduct(measurement.row_usable()),
-                linearisation.force_N(),
-                effect.has_shape(ShapeKind::pitch) ? linearisation.sample_force_N() : std::vector<double>{});
+          : starting_shapes(measurement, effect,
+                            linearisation.residual_N().cwiseProduct(measurement.row_usable()),
+                            linearisation.force_N(), repeats ? linearisation.sample_force_N() : none);
   std::vector<ShapeRange> ranges = searched_shapes(measurement, effect);
   if (bends_like_one_turn(measurement, base.terms)) leave_out_one_turn(measurement, effect, ranges, starts);
   // A user-defined effect may have many shapes, and a narrow minimum.
