@@ -61,8 +61,6 @@ TEST(Measurement, PredictsTheNoiseAfterTheFilter) {
   }
 }
 
-// A motion whose period is as long as the blocks of all folds: each of them would leave out the same part of
-// every repetition, which no other fit has seen.
 double bandwidth_with_steps_Hz(double encoder_m) {
   Log log = test::wandering_log(5, 4000.0, 160'000);
   log.mass_kg = 4.0;
@@ -83,6 +81,8 @@ TEST(Measurement, TheEncodersStepsAreASmallPartOfTheForce) {
   EXPECT_DOUBLE_EQ(bandwidth_with_steps_Hz(50e-3), 4.0);
 }
 
+// A motion whose period is as long as the blocks of all folds: each of them would leave out the same part of
+// every repetition, which no other fit has seen.
 TEST(Measurement, EachFoldSeesAllPartsOfAMotionThatRepeats) {
   constexpr double kSeconds = 60.0;
   for (const double period_s : {10.0, 5.0, 9.9, 4.0, 7.3}) {

@@ -35,16 +35,6 @@ struct Peak {
   double power = 0.0;   ///< beyond what is beside it
 };
 
-double density_beside(const Spectrum& spectrum, std::size_t bin, std::size_t first_bin) {
-  constexpr double kNeighbourhood = 1.2;  // chosen: a light mode is a tenth as wide
-  const auto k = static_cast<double>(bin);
-  const auto from = std::max(first_bin, static_cast<std::size_t>(k / kNeighbourhood));
-  const auto to =
-      std::min(spectrum.density.size(), static_cast<std::size_t>(std::ceil(k * kNeighbourhood)) + 1);
-  return median({spectrum.density.begin() + static_cast<std::ptrdiff_t>(from),
-                 spectrum.density.begin() + static_cast<std::ptrdiff_t>(to)});
-}
-
 /// The peaks from `first_bin` on, that of most power first.
 std::vector<Peak> peaks_of(const Spectrum& spectrum, std::size_t first_bin) {
   const double bin_Hz = spectrum.frequency_Hz[1];

@@ -137,11 +137,8 @@ bool is_equal_each_way(const Measurement& measurement, const FittedModel& model,
              std::max(2.0 * jackknife_error(slope_without) * speed_mps, least_N);
 }
 
-/// Whether the log determines nothing of the term: its one gain is within two standard errors of zero, or the
-/// times of a delay are, each and together; or each of several gains is, and a shape is anything: its
-/// standard error is above its value, or its search ended at a bound (but the frequency of a mode above the
-/// band, for which has_implausible_mode() asks more). Of several gains each may be within two where together
-/// they are not. What a map is, no single gain tells.
+}  // namespace
+
 bool is_undetermined(const Measurement& measurement, const FittedModel& model, const Term& term) {
   if (directional_term(model.terms) == &term) return is_equal_each_way(measurement, model, term);
   if (term.effect->has_shape(ShapeKind::travel)) return false;
@@ -156,8 +153,6 @@ bool is_undetermined(const Measurement& measurement, const FittedModel& model, c
   }
   return false;
 }
-
-}  // namespace
 
 std::vector<std::string> drop_superfluous(const SelectionContext& context, Explanation& explanation) {
   std::vector<std::string> implausible;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "workbench/diagnose/evidence/contains_zero.h"
+#include "workbench/diagnose/search/elimination_and_exchange.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/uncertainty/standard_errors.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
@@ -58,15 +58,10 @@ std::pair<Explanation, Explanation> with_fixed_arm(const SelectionContext& conte
   return {std::move(fixed), std::move(split)};
 }
 
-/// Whether the log determines the payload beside the mode: one of its gains is not within two standard errors
-/// of zero.
+/// Whether the log determines the payload beside the mode.
 bool payload_is_determined(const SelectionContext& context, const FittedModel& model) {
   const FittedModel known = with_standard_errors(context.measurement, model);
-  const Term& payload = *find_role(known.terms, Role::added_mass);
-  for (std::size_t i = 0; i < payload.gains.size(); ++i) {
-    if (!contains_zero(payload.gains[i], payload.gain_standard_error(i))) return true;
-  }
-  return false;
+  return !is_undetermined(context.measurement, known, *find_role(known.terms, Role::added_mass));
 }
 
 /// Adds a payload beside the mode where the rigid mass is neither of the two that an arm can have, and the

@@ -120,16 +120,11 @@ void improve(Found& found, std::vector<std::string>& refused) {
 /// no step beside the other, and the elimination may end with neither.
 void recover_step(Found& found, const std::vector<Explanation>& path, std::size_t most,
                   std::vector<std::string>& refused) {
-  const auto has = [](const std::vector<std::string>& ids, const std::string& id) {
-    return std::find(ids.begin(), ids.end(), id) != ids.end();
-  };
   const auto lost = std::find_if(path.rbegin(), path.rend(), [&](const Explanation& one) {
+    const auto is_in = [&](const std::string& id) { return contains(one.model.terms, id); };
     return one.added.size() < most && one.added.size() > found.best.added.size() &&
-           std::all_of(found.best.added.begin(), found.best.added.end(),
-                       [&](const std::string& id) { return has(one.added, id); }) &&
-           std::none_of(one.added.begin(), one.added.end(),
-                        [&](const std::string& id) { return has(refused, id); }) &&
-           is_step(found.context, found.best, one);
+           std::all_of(found.best.added.begin(), found.best.added.end(), is_in) &&
+           std::none_of(refused.begin(), refused.end(), is_in) && is_step(found.context, found.best, one);
   });
   if (lost == path.rend()) return;
   found.best = *lost;

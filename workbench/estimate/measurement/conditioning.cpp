@@ -41,14 +41,12 @@ double standard_deviation(std::span<const double> values) {
                    count);
 }
 
-/// The bandwidth within which the encoder's steps, as white noise differentiated twice and multiplied by the
-/// mass, are kStepsOfForce of the force.
+/// The bandwidth within which the encoder's steps are kStepsOfForce of the force: their mean square grows
+/// with the fifth power of it.
 double band_of_small_steps_Hz(const LogPart& part, std::span<const double> force_N, double rate_Hz) {
-  const double step_N_s2 = part.rough_mass_kg * part.encoder_resolution_m * squared(2.0 * std::numbers::pi);
-  if (!(step_N_s2 > 0.0)) return std::numeric_limits<double>::infinity();
-  const double small_N = kStepsOfForce * standard_deviation(force_N);
-  // (step B^2)^2 / (12 * 5) * 2 B / rate = small^2
-  return std::pow(30.0 * rate_Hz * squared(small_N / step_N_s2), 0.2);
+  const double within_1_Hz_N2 = encoder_steps_N2(part, 1.0, rate_Hz);
+  if (!(within_1_Hz_N2 > 0.0)) return std::numeric_limits<double>::infinity();
+  return std::pow(squared(kStepsOfForce * standard_deviation(force_N)) / within_1_Hz_N2, 0.2);
 }
 
 /// Highest frequency at which the force is stronger than its noise; `unknown_Hz` where the log is too short.
@@ -80,6 +78,12 @@ double motion_bandwidth_Hz(double bandwidth_Hz, double rate_Hz) {
 
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz) {
   return low_pass_taps(motion_bandwidth_Hz(bandwidth_Hz, rate_Hz), rate_Hz);
+}
+
+double encoder_steps_N2(const LogPart& part, double bandwidth_Hz, double rate_Hz) {
+  const double step_N =
+      part.rough_mass_kg * part.encoder_resolution_m * squared(2.0 * std::numbers::pi * bandwidth_Hz);
+  return squared(step_N) / 12.0 / 5.0 * 2.0 * bandwidth_Hz / rate_Hz;
 }
 
 double bandwidth_of_enough_rows_Hz(double duration_s) {

@@ -18,6 +18,10 @@ double motion_bandwidth_Hz(double bandwidth_Hz, double rate_Hz);
 /// Low pass of the motion, for rows of this bandwidth.
 std::vector<double> motion_taps(double bandwidth_Hz, double rate_Hz);
 
+/// What the encoder's steps, as white noise differentiated twice and multiplied by the rough mass, have
+/// within a bandwidth: mean square [N^2].
+double encoder_steps_N2(const LogPart& part, double bandwidth_Hz, double rate_Hz);
+
 /// The least bandwidth that leaves enough rows of logs of this duration in all.
 double bandwidth_of_enough_rows_Hz(double duration_s);
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numbers>
 #include <span>
 #include <string>
 #include <vector>
@@ -65,25 +64,12 @@ FittedModel mass_with_friction(const Measurement& measurement) {
   return fit_effects(measurement, effects, {});
 }
 
-/// What the encoder's steps, differentiated twice, make of the mass within a bandwidth, as white noise
-/// (conditioning.h).
+/// What the encoder's steps make of the mass within a bandwidth, in the worst part.
 double steps_N2(const Measurement& measurement, double bandwidth_Hz) {
   double most_N2 = 0.0;
-  for (const LogPart& part : measurement.parts()) {
-    const double step_N =
-        part.rough_mass_kg * part.encoder_resolution_m * squared(2.0 * std::numbers::pi * bandwidth_Hz);
-    most_N2 = std::max(most_N2, squared(step_N) / 12.0 / 5.0);
-  }
-  return most_N2 * 2.0 * bandwidth_Hz / measurement.sample_rate_Hz();
-}
-
-/// The median of the densities near a frequency.
-double density_near(const Spectrum& spectrum, double frequency_Hz) {
-  std::vector<double> near;
-  for (std::size_t k = 0; k < spectrum.density.size(); ++k) {
-    if (is_near(spectrum.frequency_Hz[k], frequency_Hz)) near.push_back(spectrum.density[k]);
-  }
-  return median(std::move(near));
+  for (const LogPart& part : measurement.parts())
+    most_N2 = std::max(most_N2, encoder_steps_N2(part, bandwidth_Hz, measurement.sample_rate_Hz()));
+  return most_N2;
 }
 
 }  // namespace
@@ -93,6 +79,14 @@ std::size_t segment_above_rows(const Measurement& measurement, std::size_t sampl
   const double wanted = std::clamp(static_cast<double>(samples) / kLeastSegments,
                                    kLeastBinsInBandwidth * in_bandwidth, kMostBinsInBandwidth * in_bandwidth);
   return std::bit_floor(static_cast<std::size_t>(wanted));
+}
+
+double density_beside(const Spectrum& spectrum, std::size_t bin, std::size_t first_bin) {
+  const auto k = static_cast<double>(bin);
+  const auto from = std::max(first_bin, static_cast<std::size_t>(k / kNear));
+  const auto to = std::min(spectrum.density.size(), static_cast<std::size_t>(std::ceil(k * kNear)) + 1);
+  return median({spectrum.density.begin() + static_cast<std::ptrdiff_t>(from),
+                 spectrum.density.begin() + static_cast<std::ptrdiff_t>(to)});
 }
 
 std::optional<double> bandwidth_of_ringing_Hz(const Measurement& measurement) {
@@ -123,13 +117,14 @@ std::optional<double> bandwidth_of_ringing_Hz(const Measurement& measurement) {
     power_N2[k] = bin_Hz * std::max(0.0, std::min(left.density[k], of_force.density[k]) - noise);
     all_N2 += power_N2[k];
   }
-  const auto top = std::max_element(power_N2.begin(), power_N2.end()) - power_N2.begin();
-  const double rings_Hz = left.frequency_Hz[static_cast<std::size_t>(top)];
+  const auto top =
+      static_cast<std::size_t>(std::max_element(power_N2.begin(), power_N2.end()) - power_N2.begin());
+  const double rings_Hz = left.frequency_Hz[top];
   double near_N2 = 0.0;
   for (std::size_t k = 0; k < power_N2.size(); ++k) {
     if (is_near(left.frequency_Hz[k], rings_Hz)) near_N2 += power_N2[k];
   }
-  const double rise = left.density[static_cast<std::size_t>(top)] / density_near(left, rings_Hz);
+  const double rise = left.density[top] / density_beside(left, top, 0);
   const bool rings = rise >= kLeastRise && 2.0 * near_N2 > all_N2 + squared(model.train_rmse_N) &&
                      near_N2 > steps_N2(measurement, kHolds * rings_Hz);
   if (!rings) return {};

@@ -5,12 +5,17 @@
 #include <optional>
 
 #include "workbench/estimate/measurement/measurement.h"
+#include "workbench/signal/spectrum.h"
 
 namespace slipstack::workbench {
 
 /// Samples of the segments of a spectrum in which a light mode above the bandwidth of the rows is several
 /// bins wide, for a log of so many samples: a power of two.
 std::size_t segment_above_rows(const Measurement& measurement, std::size_t samples);
+
+/// The median of the densities within a factor of 1.2 of a bin's frequency, from `first_bin` on: a light mode
+/// is a tenth as wide.
+double density_beside(const Spectrum& spectrum, std::size_t bin, std::size_t first_bin);
 
 /// The bandwidth that holds what rings above that of the rows [Hz], one and a half times its frequency; none
 /// where nothing does. It rings where most of what a mass with friction leaves of the force, up to the end of
