@@ -11,9 +11,12 @@
 #include <utility>
 
 #include "firmware/effects/force_ripple.h"
+#include "firmware/effects/numerics/approx.h"
+#include "firmware/effects/numerics/harmonics.h"
 #include "firmware/effects/offset_force.h"
 #include "firmware/effects/payload_mass.h"
 #include "firmware/effects/viscous.h"
+#include "workbench/base/wide_vectors.h"
 #include "workbench/diagnose/alternatives/gap.h"
 #include "workbench/diagnose/alternatives/load_reversals.h"
 #include "workbench/estimate/terms/search_ranges.h"
@@ -26,19 +29,20 @@ using std::numbers::pi;
 
 class LineBasis final : public EffectBasis {
  public:
-  void prepare(std::span<const double> shapes, const Scales<double>&) override {
-    rate_ = 2.0 * pi * shapes[0];
-  }
+  void prepare(std::span<const double> shapes, const Scales<double>&) override { frequency_Hz_ = shapes[0]; }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) {
-      *out++ = std::cos(rate_ * sample.time_s);
-      *out++ = std::sin(rate_ * sample.time_s);
-    }
+    run_wide([&] {
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const auto wave = approx::sin_cos_of_cycles(frequency_Hz_ * samples[i].time_s);
+        out[2 * i] = wave.cos;
+        out[2 * i + 1] = wave.sin;
+      }
+    });
   }
 
  private:
-  double rate_ = 0.0;
+  double frequency_Hz_ = 0.0;
 };
 
 /// A part of the log, from the first shape to the second.
@@ -153,20 +157,29 @@ class Bristle {
     position_m_ = position_m;
     deflection_ = 0.0;
   }
-  /// After the way to `position_m`, on which the axis does not turn.
-  double move_to(double position_m) {
-    const double way_m = position_m - position_m_;
-    position_m_ = position_m;
-    const double end = way_m < 0.0 ? -1.0 : 1.0;
-    deflection_ = end + (deflection_ - end) * std::exp(-std::abs(way_m) / slip_m_);
-    return deflection_;
+  /// Writes the deflection at each sample; from one to the next the axis does not turn.
+  void run(std::span<const Sample<double>> samples, double* deflection) {
+    if (samples.empty()) return;
+    run_wide([&] {
+      deflection[0] = kept_after(samples[0].position_m - position_m_);
+      for (std::size_t i = 1; i < samples.size(); ++i)
+        deflection[i] = kept_after(samples[i].position_m - samples[i - 1].position_m);
+    });
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const double end = samples[i].position_m < position_m_ ? -1.0 : 1.0;
+      deflection_ = deflection[i] = end + (deflection_ - end) * deflection[i];
+      position_m_ = samples[i].position_m;
+    }
   }
-  /// dz/dt by the last deflection [1/s].
-  double rate_per_s(double velocity_mps) const {
-    return (velocity_mps - std::abs(velocity_mps) * deflection_) / slip_m_;
+  /// dz/dt at a deflection [1/s].
+  double rate_per_s(double deflection, double velocity_mps) const {
+    return (velocity_mps - std::abs(velocity_mps) * deflection) / slip_m_;
   }
 
  private:
+  /// Share of what the deflection lacked before this way.
+  double kept_after(double way_m) const { return approx::exp(-approx::absolute(way_m) / slip_m_); }
+
   double slip_m_ = 1.0;
   double position_m_ = 0.0;
   double deflection_ = 0.0;
@@ -179,10 +192,9 @@ class DeflectionBasis final : public EffectBasis {
   }
   void reset(const Sample<double>& sample) override { bristle_.reset(sample.position_m); }
   void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) {
-      bristle_.move_to(sample.position_m);
-      *out++ = bristle_.rate_per_s(sample.velocity_mps);
-    }
+    bristle_.run(samples, out);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      out[i] = bristle_.rate_per_s(out[i], samples[i].velocity_mps);
   }
 
  private:
@@ -195,9 +207,7 @@ class BristleBasis final : public EffectBasis {
     bristle_.set_slip(shapes[0]);
   }
   void reset(const Sample<double>& sample) override { bristle_.reset(sample.position_m); }
-  void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) *out++ = bristle_.move_to(sample.position_m);
-  }
+  void run(std::span<const Sample<double>> samples, double* out) override { bristle_.run(samples, out); }
 
  private:
   Bristle bristle_;
@@ -230,23 +240,23 @@ class LoadReversalBasis final : public EffectBasis {
 class PitchBasis final : public EffectBasis {
  public:
   void prepare(std::span<const double> shapes, const Scales<double>&) override {
-    rate_ = 2.0 * pi / std::max(shapes[0], 1e-12);
+    per_m_ = 1.0 / std::max(shapes[0], 1e-12);
   }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) {
-      const double phase = rate_ * sample.position_m;
-      const double cosine = std::cos(phase);
-      const double sine = std::sin(phase);
-      *out++ = cosine;
-      *out++ = sine;
-      *out++ = cosine * cosine - sine * sine;
-      *out++ = 2.0 * cosine * sine;
-    }
+    run_wide([&] {
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const auto [sine, cosine] = approx::sin_cos_of_cycles(samples[i].position_m * per_m_);
+        out[4 * i] = cosine;
+        out[4 * i + 1] = sine;
+        out[4 * i + 2] = cosine * cosine - sine * sine;
+        out[4 * i + 3] = 2.0 * cosine * sine;
+      }
+    });
   }
 
  private:
-  double rate_ = 0.0;
+  double per_m_ = 0.0;
 };
 
 class MassOverPositionBasis final : public EffectBasis {
@@ -257,14 +267,19 @@ class MassOverPositionBasis final : public EffectBasis {
   }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) {
-      const double phase = rate_ * (sample.position_m - first_m_);
-      const double half_square = 0.5 * sample.velocity_mps * sample.velocity_mps;
-      for (int k = 1; k <= kMassHarmonics; ++k) {
-        *out++ =
-            std::cos(k * phase) * sample.acceleration_mps2 - k * rate_ * std::sin(k * phase) * half_square;
+    static_assert(kMassHarmonics == kRippleHarmonics);
+    const double cycles_per_m = rate_ / (2.0 * pi);
+    run_wide([&] {
+      for (const Sample<double>& sample : samples) {
+        std::array<double, std::size_t{2} * kRippleHarmonics> waves;
+        harmonics(approx::sin_cos_of_cycles(cycles_per_m * (sample.position_m - first_m_)), std::span(waves));
+        const double half_square = 0.5 * sample.velocity_mps * sample.velocity_mps;
+        for (std::size_t k = 0; k < kRippleHarmonics; ++k) {
+          const double rate = static_cast<double>(k + 1) * rate_;
+          *out++ = waves[2 * k] * sample.acceleration_mps2 - rate * waves[2 * k + 1] * half_square;
+        }
       }
-    }
+    });
   }
 
  private:
@@ -280,12 +295,18 @@ class ViscousOverTimeBasis final : public EffectBasis {
   }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) {
-      const double at = (sample.time_s - first_s_) * per_s_;
-      *out++ = at * sample.velocity_mps;
-      for (const double time_constants : {3.0, 9.0})  // within the log
-        *out++ = std::expm1(-time_constants * at) / std::expm1(-time_constants) * sample.velocity_mps;
-    }
+    // With so many time constants within the log.
+    const auto risen = [](double at, double time_constants) {
+      return approx::exp_minus_one(-time_constants * at) / approx::exp_minus_one(-time_constants);
+    };
+    run_wide([&] {
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const double at = (samples[i].time_s - first_s_) * per_s_;
+        out[3 * i] = at * samples[i].velocity_mps;
+        out[3 * i + 1] = risen(at, 3.0) * samples[i].velocity_mps;
+        out[3 * i + 2] = risen(at, 9.0) * samples[i].velocity_mps;
+      }
+    });
   }
 
  private:
@@ -301,10 +322,13 @@ class PowerOfVelocityBasis final : public EffectBasis {
   }
   void reset(const Sample<double>&) override {}
   void run(std::span<const Sample<double>> samples, double* out) override {
-    for (const Sample<double>& sample : samples) {
-      const double size = std::pow(std::abs(sample.velocity_mps) * per_mps_, exponent_);
-      *out++ = std::copysign(size, sample.velocity_mps);
-    }
+    run_wide([&] {
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const double velocity_mps = samples[i].velocity_mps;
+        const double size = approx::power(approx::absolute(velocity_mps) * per_mps_, exponent_);
+        out[i] = std::copysign(size, velocity_mps);
+      }
+    });
   }
 
  private:

@@ -14,6 +14,8 @@ namespace {
 
 using Eigen::Index;
 
+constexpr std::array kWaysToAct{Acts::force, Acts::dry, Acts::dry_scale, Acts::total_scale};
+
 bool same_parameters(const Term& one, const Term& other) {
   return one.shapes == other.shapes && one.gains == other.gains;
 }
@@ -194,26 +196,30 @@ std::vector<double> Linearisation::derivative_by(Acts acts, std::size_t term_ind
 Linearisation::Derivatives Linearisation::derivatives_by(const EffectDescription& effect,
                                                          std::size_t term_index) const {
   Derivatives derivatives;
-  for (const Acts acts : {Acts::force, Acts::dry, Acts::dry_scale, Acts::total_scale}) {
-    if (!effect.acts_as(acts)) continue;
-    by_acts(acts, derivatives.force, derivatives.dry, derivatives.dry_scale, derivatives.total_scale) =
-        derivative_by(acts, term_index);
+  for (const Acts acts : kWaysToAct) {
+    if (effect.acts_as(acts)) derivatives.by(acts) = derivative_by(acts, term_index);
   }
   return derivatives;
+}
+
+const Linearisation::Derivatives& Linearisation::derivatives_beside(const EffectDescription& effect) const {
+  for (std::size_t way = 0; way < kWaysToAct.size(); ++way) {
+    const Acts acts = kWaysToAct[way];
+    if (!effect.acts_as(acts)) continue;
+    std::call_once(beside_known_[way], [&] { beside_.by(acts) = derivative_by(acts, terms_.size()); });
+  }
+  return beside_;
 }
 
 /// Writes the basis at samples [first, first + count), multiplied by the derivative of the force.
 void Linearisation::multiply_basis(const Term& term, const Derivatives& derivatives, std::size_t first,
                                    std::size_t count, const double* basis, double* out) {
   const std::size_t gains = term.gains_per_set();
-  const auto factor_of = [&](Acts acts) -> const std::vector<double>& {
-    return by_acts(acts, derivatives.force, derivatives.dry, derivatives.dry_scale, derivatives.total_scale);
-  };
   const auto& groups = term.effect->gain_groups;
   const bool alike = std::all_of(groups.begin(), groups.end(),
                                  [&](const GainGroup& group) { return group.acts == groups.front().acts; });
-  if (alike && !groups.empty() && !factor_of(groups.front().acts).empty()) {
-    const double* const factor = factor_of(groups.front().acts).data() + first;
+  if (alike && !groups.empty() && !derivatives.by(groups.front().acts).empty()) {
+    const double* const factor = derivatives.by(groups.front().acts).data() + first;
     run_wide([&] {
       if (gains == 1) {
         for (std::size_t i = 0; i < count; ++i) out[i] = basis[i] * factor[i];
@@ -229,7 +235,7 @@ void Linearisation::multiply_basis(const Term& term, const Derivatives& derivati
   std::size_t gain = 0;
   for (const GainGroup& group : groups) {
     const auto own = static_cast<std::size_t>(group.count);
-    const std::vector<double>& factor = factor_of(group.acts);
+    const std::vector<double>& factor = derivatives.by(group.acts);
     for (std::size_t i = 0; !factor.empty() && i < count; ++i) {
       for (std::size_t g = gain; g < gain + own; ++g) out[i * gains + g] *= factor[first + i];
     }
@@ -238,7 +244,7 @@ void Linearisation::multiply_basis(const Term& term, const Derivatives& derivati
 }
 
 Eigen::MatrixXd Linearisation::columns_of(const Term& candidate) const {
-  return build(candidate, derivatives_by(*candidate.effect, terms_.size()));
+  return build(candidate, derivatives_beside(*candidate.effect));
 }
 
 Eigen::MatrixXd Linearisation::build(const Term& term, const Derivatives& derivatives) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -55,11 +56,15 @@ class Linearisation {
 
  private:
   /// Derivative of the force by gain x basis at each sample, by how the gain acts; empty means one.
-  struct Derivatives {
-    std::vector<double> force;
-    std::vector<double> dry;
-    std::vector<double> dry_scale;
-    std::vector<double> total_scale;
+  class Derivatives {
+   public:
+    std::vector<double>& by(Acts acts) { return by_acts(acts, force_, dry_, dry_scale_, total_scale_); }
+    const std::vector<double>& by(Acts acts) const {
+      return by_acts(acts, force_, dry_, dry_scale_, total_scale_);
+    }
+
+   private:
+    std::vector<double> force_, dry_, dry_scale_, total_scale_;
   };
   void retarget(const Eigen::VectorXd& force_N);
   void take_dry(DryTrace dry);
@@ -70,6 +75,8 @@ class Linearisation {
   Eigen::VectorXd linear_force(const Terms& terms, std::vector<bool>& evaluated) const;
   /// For the effect of term `term_index`; for an effect that is not in the model, the number of terms.
   Derivatives derivatives_by(const EffectDescription& effect, std::size_t term_index) const;
+  /// The same for an effect that is not in the model: one of another's, with those that this one needs.
+  const Derivatives& derivatives_beside(const EffectDescription& effect) const;
   std::vector<double> derivative_by(Acts acts, std::size_t term_index) const;
   std::optional<Eigen::Index> lent_columns(const Linearisation* known, const Term& term) const;
   static void multiply_basis(const Term& term, const Derivatives& derivatives, std::size_t first,
@@ -83,6 +90,9 @@ class Linearisation {
   mutable std::once_flag whole_known_;
   mutable DryTrace dry_;
   mutable ForceTrace whole_;
+  // A search asks for the columns of one candidate with hundreds of shapes: for each way that gains act.
+  mutable std::array<std::once_flag, 4> beside_known_;
+  mutable Derivatives beside_;
   Eigen::MatrixXd columns_;
   Eigen::VectorXd target_;
   Eigen::VectorXd measured_N_;

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <complex>
 #include <span>
+#include <unsupported/Eigen/FFT>
 
 #include "workbench/base/axis_units.h"
-#include "workbench/base/wide_vectors.h"
 #include "workbench/estimate/nonlinear/user_effect_starts.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/signal/spectrum.h"
@@ -38,37 +38,18 @@ double most_cycles(double stroke_m, const ShapeRange& pitch) {
 /// Segment of the spectrum of the rows in which frequencies are sought.
 constexpr std::size_t kFrequencySegment = 512;
 
-/// Step of the periodogram over position, periods within the stroke. Chosen.
-constexpr double kCyclesStep = 0.25;
+/// Steps of the periodogram over position in one period within the stroke. Chosen.
+constexpr std::size_t kStepsPerCycle = 4;
 
-/// Power of the bins at each of `cycles` periods within all bins. Phasors advance by one complex product for
-/// each bin instead of a sine and a cosine; eight at once, since each waits for the one before it.
-std::vector<double> periodogram(const std::vector<double>& bins, const std::vector<double>& cycles) {
-  constexpr std::size_t kAtOnce = 8;
-  std::vector<double> power(cycles.size());
-  for (std::size_t first = 0; first < cycles.size(); first += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, cycles.size() - first);
-    double step_cos[kAtOnce] = {}, step_sin[kAtOnce] = {};
-    for (std::size_t k = 0; k < count; ++k) {
-      const double angle = 2.0 * std::numbers::pi * cycles[first + k] / static_cast<double>(bins.size() - 1);
-      step_cos[k] = std::cos(angle);
-      step_sin[k] = std::sin(angle);
-    }
-    double re[kAtOnce] = {}, im[kAtOnce] = {}, sines[kAtOnce] = {}, cosines[kAtOnce];
-    std::fill_n(cosines, kAtOnce, 1.0);
-    run_wide([&] {
-      for (const double value : bins) {
-        for (std::size_t k = 0; k < kAtOnce; ++k) {
-          re[k] += value * cosines[k];
-          im[k] += value * sines[k];
-          const double next = cosines[k] * step_cos[k] - sines[k] * step_sin[k];
-          sines[k] = sines[k] * step_cos[k] + cosines[k] * step_sin[k];
-          cosines[k] = next;
-        }
-      }
-    });
-    for (std::size_t k = 0; k < count; ++k) power[first + k] = re[k] * re[k] + im[k] * im[k];
-  }
+/// Power of the bins at whole multiples of 1 / kStepsPerCycle periods within all bins, from none up to
+/// `most_cycles`: their Fourier transform, with zeros behind them.
+std::vector<double> periodogram(std::vector<double> bins, double most_cycles) {
+  bins.resize(kStepsPerCycle * (bins.size() - 1));
+  std::vector<std::complex<double>> transform;
+  Eigen::FFT<double> fft;
+  fft.fwd(transform, bins);
+  std::vector<double> power(static_cast<std::size_t>(most_cycles * kStepsPerCycle) + 1);
+  for (std::size_t step = 0; step < power.size(); ++step) power[step] = std::norm(transform[step]);
   return power;
 }
 
@@ -126,15 +107,14 @@ struct RepeatingCycles {
 };
 
 RepeatingCycles repeating_cycles(const PositionBins& bins, const ShapeRange& range, std::size_t wanted) {
-  const double lowest_cycles = 1.0;
-  const double highest_cycles = most_cycles(bins.stroke_m(), range);
-  std::vector<double> cycles;
-  for (double c = lowest_cycles; c <= highest_cycles; c += kCyclesStep) cycles.push_back(c);
-  const std::vector<double> power = periodogram(bins.deviations(), cycles);
+  std::vector<double> power = periodogram(bins.deviations(), most_cycles(bins.stroke_m(), range));
+  // What repeats less than once within the stroke is none.
+  power.erase(power.begin(), power.begin() + std::min<std::ptrdiff_t>(kStepsPerCycle, std::ssize(power)));
+  constexpr double kStep = 1.0 / kStepsPerCycle;
   RepeatingCycles found;
   for (const std::size_t peak : peaks(power, wanted)) {
-    found.tried.push_back(cycles[peak]);
-    found.tops.push_back(lowest_cycles + kCyclesStep * top_of_peak(power, peak));
+    found.tried.push_back(1.0 + kStep * static_cast<double>(peak));
+    found.tops.push_back(1.0 + kStep * top_of_peak(power, peak));
   }
   return found;
 }
