@@ -37,7 +37,8 @@ class DirectionAsymmetry {
   }};
   /// Viscous friction opposes motion in either direction: without a share of c v that is at least as large,
   /// c |v| would drive one of them.
-  static constexpr EffectTraits traits{.part_of_another = {.gain = 2, .whole = Role::viscous_friction}};
+  static constexpr EffectTraits traits{.role = Role::directional_friction,
+                                       .part_of_another = {.gain = 2, .whole = Role::viscous_friction}};
   static constexpr int gain_count = total_count(gains);
   static constexpr int shape_count = 1;
 

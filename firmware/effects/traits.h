@@ -12,15 +12,16 @@ namespace slipstack {
 /// effect of the catalogue has each role; most have none.
 enum class Role : std::uint8_t {
   none,
-  inertia,              ///< force of the moving mass, which a log may declare
-  added_mass,           ///< mass beyond the declared one
-  hysteresis,           ///< dry friction of elements, each with a stiffness and a slip distance
-  saturating_friction,  ///< dry friction without memory: a level, saturated about standstill
-  viscous_friction,     ///< proportional to velocity
-  friction_memory,      ///< dry friction that follows its dependence on velocity late
-  resonance,            ///< a mass on a spring that swings against the axis
-  constant_force,       ///< whatever the motion
-  measurement_delay,    ///< no force of its own: force and motion are recorded at different times
+  inertia,               ///< force of the moving mass, which a log may declare
+  added_mass,            ///< mass beyond the declared one
+  hysteresis,            ///< dry friction of elements, each with a stiffness and a slip distance
+  saturating_friction,   ///< dry friction without memory: a level, saturated about standstill
+  viscous_friction,      ///< proportional to velocity
+  friction_memory,       ///< dry friction that follows its dependence on velocity late
+  directional_friction,  ///< dry friction that differs between the directions
+  resonance,             ///< a mass on a spring that swings against the axis
+  constant_force,        ///< whatever the motion
+  measurement_delay,     ///< no force of its own: force and motion are recorded at different times
 };
 
 /// Another effect that this one becomes in a limit. No log can exclude the more general one; it can show that

@@ -114,7 +114,7 @@ json parameters_json(const Terms& terms) {
 }
 
 json friction_each_way_json(const FittedModel& fitted) {
-  const Term* term = directional_term(fitted.terms);
+  const Term* term = find_role(fitted.terms, Role::directional_friction);
   if (term == nullptr) return nullptr;
   const FrictionEachWay value = friction_each_way(fitted.terms, *term);
   const FrictionEachWay error = standard_errors_each_way(fitted, term->effect->text.id);
@@ -133,7 +133,7 @@ json friction_each_way_json(const FittedModel& fitted) {
 }
 
 std::string friction_each_way_line(const FittedModel& fitted) {
-  const Term* term = directional_term(fitted.terms);
+  const Term* term = find_role(fitted.terms, Role::directional_friction);
   if (term == nullptr) return "";
   const FrictionEachWay value = friction_each_way(fitted.terms, *term);
   const FrictionEachWay error = standard_errors_each_way(fitted, term->effect->text.id);

@@ -98,7 +98,8 @@ TEST(EvidenceOf, TellsAnAsymmetryAsTheFrictionEachWay) {
   for (std::size_t i = 0; i < force_N.size(); ++i) log.force_N[i] = force_N[i] + 0.5 * draw.normal();
   measurement = Measurement(log);
   const FittedModel fitted = with_standard_errors(measurement, fit_gains(measurement, truth));
-  const FrictionEachWay value = friction_each_way(fitted.terms, *directional_term(fitted.terms));
+  const FrictionEachWay value =
+      friction_each_way(fitted.terms, *find_role(fitted.terms, Role::directional_friction));
   const FrictionEachWay error = standard_errors_each_way(fitted, "direction_asymmetry");
   EXPECT_NEAR(value.dry_forward_N, 11.0, 4.0 * error.dry_forward_N);
   EXPECT_NEAR(value.dry_backward_N, 9.0, 4.0 * error.dry_backward_N);

@@ -254,8 +254,7 @@ namespace {
 
 std::string fill_in(const Term& fitted, const Terms& model, const Derived& derived) {
   std::string text;
-  const Term* directional = directional_term(model);
-  const bool differs = directional != nullptr && directional->effect == fitted.effect;
+  const bool differs = fitted.effect->has_role(Role::directional_friction);
   const bool lighter =
       fitted.effect->has_role(Role::added_mass) &&
       std::all_of(fitted.gains.begin(), fitted.gains.end(), [](double kg) { return kg < 0.0; });
@@ -311,7 +310,7 @@ std::string evidence_of(const FittedModel& model, std::string_view effect) {
   }
   if (tells_force_in_middle(*term.effect))
     derived.in_middle = force_in_middle(with_constant_force(model.terms, term), derived.without);
-  if (directional_term(model.terms) == &term)
+  if (term.effect->has_role(Role::directional_friction))
     derived.each_way_error = standard_errors_each_way(model, effect);
   return fill_in(term, model.terms, derived);
 }

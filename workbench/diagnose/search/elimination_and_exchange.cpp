@@ -140,7 +140,7 @@ bool is_equal_each_way(const Measurement& measurement, const FittedModel& model,
 }  // namespace
 
 bool is_undetermined(const Measurement& measurement, const FittedModel& model, const Term& term) {
-  if (directional_term(model.terms) == &term) return is_equal_each_way(measurement, model, term);
+  if (term.effect->has_role(Role::directional_friction)) return is_equal_each_way(measurement, model, term);
   if (term.effect->has_shape(ShapeKind::travel)) return false;
   if (term.gains.empty()) return each_shape_contains_zero(term) && lag_contains_zero(term);
   for (std::size_t i = 0; i < term.gains.size(); ++i) {

@@ -102,15 +102,4 @@ FrictionEachWay standard_errors_each_way(const FittedModel& fitted, std::string_
   return errors;
 }
 
-const Term* directional_term(const Terms& model) {
-  const auto found = std::find_if(model.begin(), model.end(), [](const Term& term) {
-    if (!term.effect->acts_as(Acts::dry_scale) || term.gains.empty()) return false;
-    const auto forward = [&](Acts acts) { return sum_at(term, acts, kSteady_mps); };
-    const auto backward = [&](Acts acts) { return sum_at(term, acts, -kSteady_mps); };
-    return forward(Acts::dry_scale) != backward(Acts::dry_scale) ||
-           forward(Acts::force) != -backward(Acts::force);
-  });
-  return found == model.end() ? nullptr : &*found;
-}
-
 }  // namespace slipstack::workbench

@@ -37,8 +37,4 @@ std::vector<Terms> terms_without_blocks(const FittedModel& fitted);
 /// cancel.
 double jackknife_error(const std::vector<double>& values);
 
-/// The effect of a model that scales its dry friction and makes friction differ between the directions;
-/// nullptr without one.
-const Term* directional_term(const Terms& model);
-
 }  // namespace slipstack::workbench
