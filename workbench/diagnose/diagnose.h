@@ -62,7 +62,7 @@ const char* name_of(Verdict verdict);
 
 /// What describes the force and is no effect of the catalogue (alternatives/causes.h).
 struct OutsideCauses {
-  std::vector<Structure> causes;  ///< the one that lowers the error most first
+  std::vector<Structure> causes;  ///< the first tells all of them (tell_together())
   bool explain_most = false;      ///< they alone leave a smaller error than the effects alone
   bool replace_friction = false;  ///< one is dry friction of another form, in the place of the hysteresis
   /// Effects that were chosen beside the causes, and are no steps without them.

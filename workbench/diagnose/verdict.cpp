@@ -57,13 +57,18 @@ std::optional<Structure> above_bandwidth(const Measurement& measurement, const D
   return found;
 }
 
-/// The structure to report: the strongest, or what is above the bandwidth of the rows if that explains more;
-/// else impacts or a burst, even where the residual at the rows hardly shows them.
+/// The structure to report of what is `left`: the strongest, or what is above the bandwidth of the rows if
+/// that explains more; else impacts or a burst, even where the residual at the rows hardly shows them. At the
+/// floor nothing but moments: neither noise nor the encoder's steps hold most of their square in so few, so
+/// the floor was taken from what happens then.
 std::optional<Structure> structure_to_report(const Measurement& measurement, const Diagnosis& diagnosis,
-                                             const Structure& strongest) {
+                                             const std::vector<Structure>& left) {
+  const bool at_floor = !above_floor(measurement, diagnosis);
+  const auto found = std::find_if(left.begin(), left.end(), [&](const Structure& one) {
+    return one.error_reduction >= kStructureReduction && (!at_floor || one.only_where);
+  });
   std::optional<Structure> reported;
-  if (above_floor(measurement, diagnosis) && strongest.error_reduction >= kStructureReduction)
-    reported = strongest;
+  if (found != left.end()) reported = *found;
   auto above = above_bandwidth(measurement, diagnosis);
   if (above && (!reported || above->error_reduction >= reported->error_reduction))
     reported = std::move(above);
@@ -96,16 +101,18 @@ bool insufficient(const Diagnosis& diagnosis) {
 
 /// Whether the named effects, fitted to the first two thirds of the log, leave more of the last one than the
 /// baseline does: what they claim does not hold there. Where the baseline is near the floor there,
-/// nothing follows.
-bool does_not_hold_later(const Diagnosis& diagnosis) {
+/// nothing follows; nor where one model of all thirds is at the floor: it holds there too, and the first two
+/// do not determine it (a pitch, by which the axis goes on).
+bool does_not_hold_later(const Measurement& measurement, const Diagnosis& diagnosis) {
   const double without_N = diagnosis.baseline.forward_rmse_N;
-  return diagnosis.steps.size() > 1 && diagnosis.explained.forward_rmse_N > without_N &&
+  return diagnosis.steps.size() > 1 && above_floor(measurement, diagnosis) &&
+         diagnosis.explained.forward_rmse_N > without_N &&
          without_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
 }
 
 /// What is said of effects that do not hold later; of others nothing.
-std::string later_text(const Diagnosis& diagnosis) {
-  if (!does_not_hold_later(diagnosis)) return {};
+std::string later_text(const Measurement& measurement, const Diagnosis& diagnosis) {
+  if (!does_not_hold_later(measurement, diagnosis)) return {};
   return fmt::format(
       "; in the last third of the log, predicted by a fit to the first two, what "
       "was chosen leaves {}, the baseline {}",
@@ -207,9 +214,11 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   std::optional<Structure> confounder;
   if (above_floor(measurement, diagnosis) && diagnosis.unexplained)
     confounder = curve_behind_all(measurement, diagnosis);
-  if (insufficient(diagnosis) || does_not_hold_later(diagnosis) || far_better_alone(measurement, diagnosis))
+  if (insufficient(diagnosis) || does_not_hold_later(measurement, diagnosis) ||
+      far_better_alone(measurement, diagnosis))
     confounder = diagnosis.unexplained.value_or(strongest);
-  if (confounder) confounder->description += later_text(diagnosis) + passed_over(measurement, diagnosis);
+  if (confounder)
+    confounder->description += later_text(measurement, diagnosis) + passed_over(measurement, diagnosis);
   if (auto wrong_unit = mass_of_another_axis(measurement, diagnosis)) confounder = std::move(wrong_unit);
   diagnosis.verdict = confounder ? Verdict::unexplained : Verdict::missing_effect;
   if (confounder) diagnosis.unexplained = std::move(confounder);
@@ -217,8 +226,10 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
 
 /// A free curve over time follows a slow motion, and so whatever depends on it: where a free curve over
 /// another coordinate explains more of what the effects leave, that is told in its place; and in place of a
-/// cause of which no value is larger than its interval whatever explains most. In place of any cause some
-/// moments are told that hold more of the error. Returns whether what is first now tells anything.
+/// cause of which no value is larger than its interval whatever explains most. In place of a cause that
+/// explains less than half of the error (mean square) some moments are told that hold more of it: what
+/// explains most is what happens then (a narrow bump that is passed quickly). Returns whether what is first
+/// now tells anything.
 bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis) {
   Structure& cause = diagnosis.outside.causes.front();
   for (Structure& one : structure_left(measurement, diagnosis)) {
@@ -228,7 +239,8 @@ bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis
     }
     const bool of_motion = one.coordinate == Coordinate::position || one.coordinate == Coordinate::velocity ||
                            one.coordinate == Coordinate::acceleration;
-    const bool of_moments = one.coordinate == Coordinate::time && one.only_where;
+    const bool of_moments = one.coordinate == Coordinate::time && one.only_where &&
+                            !explains_most(1.0, 1.0 - cause.error_reduction, 0.0);
     const bool other = of_moments || (of_motion && (cause.free_curve || !cause.determined));
     if (!other || one.error_reduction <= cause.error_reduction) continue;
     cause = std::move(one);
@@ -255,13 +267,14 @@ void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
   const OutsideCauses& outside = diagnosis.outside;
   const bool named = diagnosis.steps.size() > 1 && !outside.explain_most &&
                      (outside.replace_friction || !insufficient(diagnosis)) &&
-                     !does_not_hold_later(diagnosis);
+                     !does_not_hold_later(measurement, diagnosis);
   if (!named && !tells) diagnosis.outside.causes.front() = structure_left(measurement, diagnosis).front();
   diagnosis.unexplained = tells || !named ? std::optional(cause_and_what_is_above(measurement, diagnosis))
                                           : above_bandwidth(measurement, diagnosis);
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
   if (!named) {
-    diagnosis.unexplained->description += later_text(diagnosis) + passed_over(measurement, diagnosis);
+    diagnosis.unexplained->description +=
+        later_text(measurement, diagnosis) + passed_over(measurement, diagnosis);
   }
   auto wrong_unit = mass_of_another_axis(measurement, diagnosis);
   if (!wrong_unit) return;
@@ -272,7 +285,7 @@ void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
 /// The verdict by the residual of the explanation.
 void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis) {
   const std::vector<Structure> left = structure_left(measurement, diagnosis);
-  diagnosis.unexplained = structure_to_report(measurement, diagnosis, left.front());
+  diagnosis.unexplained = structure_to_report(measurement, diagnosis, left);
   if (diagnosis.steps.size() > 1) {
     judge_named(measurement, left.front(), diagnosis);
     if (diagnosis.unexplained) diagnosis.unexplained->description += too_small_beside_others(diagnosis);

@@ -215,6 +215,63 @@ TEST(Causes, APlaceIsFoundWhereItIs) {
   EXPECT_NEAR(is.unexplained->where, middle_m, 0.1 * half_width_m);
 }
 
+/// More dry friction about a place, half a width to either side, in a log that is given by the distance from
+/// it.
+Log log_with_friction_at_zero(double share_of_travel, double size_N) {
+  Log log = log_and_force(0.0, no_force);
+  const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
+  const double middle_m = *low + 0.4 * (*high - *low);
+  const double half_width_m = share_of_travel * (*high - *low);
+  for (double& position_m : log.position_m) position_m -= middle_m;
+  for (std::size_t i = 1; i < log.force_N.size(); ++i) {
+    const double u = log.position_m[i] / half_width_m;
+    log.force_N[i] += std::copysign(size_N * std::exp(-u * u), log.position_m[i] - log.position_m[i - 1]);
+  }
+  return log;
+}
+
+// What a place is, is no value that is zero where it is at the zero of the position.
+TEST(Causes, APlaceMayBeAtTheZeroOfThePosition) {
+  const Diagnosis is = diagnosed(log_with_friction_at_zero(0.02, 2.0 * strong_N()));
+  EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect << is.steps.back().holdout_rmse_N;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_TRUE(is.unexplained->description.starts_with("a force sits at one place of the rail"))
+      << is.unexplained->description;
+}
+
+// In 1 % of the time the axis is there, and most of the error.
+TEST(Causes, APlaceThatIsPassedQuicklyIsNoMoment) {
+  const Log clean = log_and_force(0.0, no_force);
+  const auto [low, high] = std::minmax_element(clean.position_m.begin(), clean.position_m.end());
+  const double middle_m = *low + 0.8 * (*high - *low);
+  const double half_width_m = 0.003 * (*high - *low);
+  const Diagnosis is = diagnosed(log_and_force(0.0, [&](double, double position_m) {
+    const double u = (position_m - middle_m) / half_width_m;
+    return 20.0 * strong_N() / (1.0 + u * u);
+  }));
+  EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect << is.steps.back().holdout_rmse_N;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_TRUE(is.unexplained->description.starts_with("a force sits at one place of the rail"))
+      << is.unexplained->description;
+}
+
+// Noise does not hold most of its square in 1 % of the time, however large it is said to be.
+TEST(Causes, MomentsAreToldAtTheFloorToo) {
+  Log log = log_and_force(0.0, no_force);
+  const double glitch_N = 20.0 * strong_N();
+  const auto length = static_cast<std::size_t>(0.006 * log.sample_rate_Hz);
+  for (std::size_t k = 1; k < 8; ++k) {
+    const std::size_t first = k * log.force_N.size() / 8;
+    for (std::size_t i = first; i < first + length; ++i) log.force_N[i] += glitch_N;
+  }
+  Measurement measurement(log, {.force_noise_N = glitch_N});
+  const Diagnosis is = diagnosed(measurement);
+  EXPECT_LT(is.explained.holdout_rmse_N, 1.01 * is.noise_floor_N);
+  EXPECT_EQ(is.verdict, Verdict::unexplained);
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::time) << is.unexplained->description;
+}
+
 double cosine(double position_m, double pitch_m) {
   return std::cos(2.0 * std::numbers::pi * position_m / pitch_m);
 }
@@ -396,6 +453,23 @@ TEST(Causes, ABristleIsTheFormOfTheFriction) {
       << is.unexplained->description;
   EXPECT_NEAR(is.unexplained->where, 20e-6, 1e-6);
   EXPECT_GT(is.unexplained->error_reduction, 0.9);
+}
+
+// What is missing is the line; that the friction is a bristle's is said besides, and the error of both.
+TEST(Causes, AForceIsToldBeforeTheFormOfTheFriction) {
+  Log log = log_with_loops(true, 0.0, 0.0, 1);
+  for (std::size_t i = 0; i < log.force_N.size(); ++i) {
+    const double time_s = static_cast<double>(i) / log.sample_rate_Hz;
+    log.force_N[i] += std::sin(2.0 * std::numbers::pi * 13.7 * time_s);
+  }
+  const Diagnosis is = diagnosed(log);
+  EXPECT_EQ(is.verdict, Verdict::unexplained);
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_EQ(is.unexplained->coordinate, Coordinate::frequency) << is.unexplained->description;
+  EXPECT_NEAR(is.unexplained->where, 13.7, 1e-3);
+  EXPECT_NE(is.unexplained->description.find("; with all that was chosen"), std::string::npos)
+      << is.unexplained->description;
+  expect_bristle(is);
 }
 
 // It takes the place of the hysteresis and not that of another effect.

@@ -477,7 +477,7 @@ bool is_change_in_time(const EffectDescription& cause) {
 }  // namespace
 
 Structure described_cause(const Measurement& measurement, const FittedModel& model, const Term& cause,
-                          double without_N, const std::vector<std::string>& beside) {
+                          double without_N) {
   Structure structure = place_and_text(DescribedCause(measurement, model, cause));
   structure.error_reduction = 1.0 - model.holdout_rmse_N / std::max(without_N, 1e-300);
   // Two breaks anywhere fit whatever differs between two parts of a log.
@@ -485,13 +485,28 @@ Structure described_cause(const Measurement& measurement, const FittedModel& mod
       !explains_most(without_N, model.holdout_rmse_N, measurement.noise_floor_N())) {
     structure.determined = false;
   }
-  structure.description += fmt::format("; with it{} the held-out error is {}",
-                                       beside.empty() ? "" : fmt::format(" and {}", fmt::join(beside, ", ")),
-                                       quantity(model.holdout_rmse_N, "N"));
+  structure.form_of_friction = cause.effect->acts_as(Acts::dry);
   structure.explained_N =
       model.linearisation->columns_of(cause) *
       Eigen::Map<const Eigen::VectorXd>(cause.gains.data(), static_cast<Eigen::Index>(cause.gains.size()));
   return structure;
+}
+
+void tell_together(std::vector<Structure>& causes, const std::vector<std::string>& beside, double holdout_N) {
+  const auto rank = [](const Structure& one) {
+    const bool is_strong_force = !one.form_of_friction && explains_most(1.0, 1.0 - one.error_reduction, 0.0);
+    return std::pair(is_strong_force, one.error_reduction);
+  };
+  std::sort(causes.begin(), causes.end(),
+            [&](const Structure& a, const Structure& b) { return rank(a) > rank(b); });
+  std::string& told = causes.front().description;
+  for (std::size_t i = 1; i < causes.size(); ++i) {
+    if (causes[i].determined) told += "; besides, " + causes[i].description;
+  }
+  const std::string others = fmt::format("{}", fmt::join(beside, ", "));
+  std::string with = causes.size() == 1 ? "it" : "all that was chosen";
+  if (!others.empty()) with += causes.size() == 1 ? " and " + others : " (also " + others + ")";
+  told += fmt::format("; with {} the held-out error is {}", with, quantity(holdout_N, "N"));
 }
 
 }  // namespace slipstack::workbench

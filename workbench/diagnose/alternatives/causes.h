@@ -27,8 +27,14 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
 FittedModel with_causes_found_again(const Measurement& measurement, FittedModel model);
 
 /// What a fitted cause says, in a model that contains it. `without_N`: the held-out error of the model
-/// without it. `beside`: the effects of the model that are told nowhere else.
+/// without it.
 Structure described_cause(const Measurement& measurement, const FittedModel& model, const Term& cause,
-                          double without_N, const std::vector<std::string>& beside = {});
+                          double without_N);
+
+/// Sorts the causes of one model as they are told: first forces that explain most of what the model leaves
+/// without them, for which the form of the friction is only the background; then by what they explain. The
+/// first then says all of them that the log determines, and the held-out error of the model. `beside`: the
+/// effects of the model that are told nowhere else.
+void tell_together(std::vector<Structure>& causes, const std::vector<std::string>& beside, double holdout_N);
 
 }  // namespace slipstack::workbench

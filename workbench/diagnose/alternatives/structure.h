@@ -21,11 +21,12 @@ struct Structure {
   /// Of the largest deviation, in the unit of the coordinate; of a reversal its time, or the way of its
   /// cause.
   double where = 0.0;
-  std::string description;      ///< a sentence without its capital and its full stop
-  Eigen::VectorXd explained_N;  ///< the part of the residual that the structure explains, at the rows
-  bool only_where = false;      ///< it tells when the residual is large, and no force
-  bool free_curve = false;      ///< it is one of many values, without a form of its own
-  bool determined = true;       ///< by the log: a value is larger than its interval, a change explains most
+  std::string description;        ///< a sentence without its capital and its full stop
+  Eigen::VectorXd explained_N;    ///< the part of the residual that the structure explains, at the rows
+  bool only_where = false;        ///< it tells when the residual is large, and no force
+  bool free_curve = false;        ///< it is one of many values, without a form of its own
+  bool determined = true;         ///< by the log: a value is larger than its interval, a change explains most
+  bool form_of_friction = false;  ///< it takes the place of the hysteresis, and adds no force
 };
 
 /// Searches `residual_N` (rows) for structure along every coordinate: one for each, the strongest first.

@@ -342,10 +342,9 @@ void set_causes_apart(Measurement& measurement, const DiagnoseOptions& options, 
   std::erase_if(beside, [&](const std::string& id) { return contains(found.best.model.terms, id); });
   for (const Term& cause : causes) {
     const FittedModel others = fit_gains(measurement, without(joint.terms, cause.id()), &joint);
-    found.outside.causes.push_back(described_cause(measurement, joint, cause, others.holdout_rmse_N, beside));
+    found.outside.causes.push_back(described_cause(measurement, joint, cause, others.holdout_rmse_N));
   }
-  std::sort(found.outside.causes.begin(), found.outside.causes.end(),
-            [](const auto& a, const auto& b) { return a.error_reduction > b.error_reduction; });
+  tell_together(found.outside.causes, beside, joint.holdout_rmse_N);
 }
 
 /// Whether `more` has the effects of `best`, in any order, and one behind them.
