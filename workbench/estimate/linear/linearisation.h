@@ -75,7 +75,7 @@ class Linearisation {
   Eigen::VectorXd linear_force(const Terms& terms, std::vector<bool>& evaluated) const;
   /// For the effect of term `term_index`; for an effect that is not in the model, the number of terms.
   Derivatives derivatives_by(const EffectDescription& effect, std::size_t term_index) const;
-  /// The same for an effect that is not in the model: one of another's, with those that this one needs.
+  /// The same for an effect that is not in the model, kept for the next one that acts in the same way.
   const Derivatives& derivatives_beside(const EffectDescription& effect) const;
   std::vector<double> derivative_by(Acts acts, std::size_t term_index) const;
   std::optional<Eigen::Index> lent_columns(const Linearisation* known, const Term& term) const;
