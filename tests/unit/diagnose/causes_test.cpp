@@ -199,40 +199,48 @@ TEST(Causes, AMassThatChangesIsToldWithItsTime) {
       << is.unexplained->description;
 }
 
+/// A place of the rail of the logs above, by shares of their travel.
+struct Place {
+  double middle_m;
+  double half_width_m;
+  Place(double middle, double half_width) {
+    const Log clean = log_and_force(0.0, no_force);
+    const auto [low, high] = std::minmax_element(clean.position_m.begin(), clean.position_m.end());
+    middle_m = *low + middle * (*high - *low);
+    half_width_m = half_width * (*high - *low);
+  }
+  /// In half widths.
+  double from_middle(double position_m) const { return (position_m - middle_m) / half_width_m; }
+};
+
 TEST(Causes, APlaceIsFoundWhereItIs) {
-  const Log clean = log_and_force(0.0, no_force);
-  const auto [low, high] = std::minmax_element(clean.position_m.begin(), clean.position_m.end());
-  const double middle_m = *low + 0.4 * (*high - *low);
-  const double half_width_m = 0.02 * (*high - *low);
+  const Place place(0.4, 0.02);
   const Diagnosis is = diagnosed(log_and_force(0.0, [&](double, double position_m) {
-    const double u = (position_m - middle_m) / half_width_m;
+    const double u = place.from_middle(position_m);
     return 2.0 * strong_N() * std::exp(-u * u);
   }));
   EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect << is.steps.back().holdout_rmse_N;
   ASSERT_TRUE(is.unexplained);
   EXPECT_EQ(is.unexplained->coordinate, Coordinate::position) << is.unexplained->description;
   // The place is that of the peak, not of a window that has it at its side.
-  EXPECT_NEAR(is.unexplained->where, middle_m, 0.1 * half_width_m);
+  EXPECT_NEAR(is.unexplained->where, place.middle_m, 0.1 * place.half_width_m);
 }
 
 /// More dry friction about a place, half a width to either side, in a log that is given by the distance from
 /// it.
-Log log_with_friction_at_zero(double share_of_travel, double size_N) {
+Log log_with_friction_at(const Place& place, double size_N) {
   Log log = log_and_force(0.0, no_force);
-  const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
-  const double middle_m = *low + 0.4 * (*high - *low);
-  const double half_width_m = share_of_travel * (*high - *low);
-  for (double& position_m : log.position_m) position_m -= middle_m;
   for (std::size_t i = 1; i < log.force_N.size(); ++i) {
-    const double u = log.position_m[i] / half_width_m;
+    const double u = place.from_middle(log.position_m[i]);
     log.force_N[i] += std::copysign(size_N * std::exp(-u * u), log.position_m[i] - log.position_m[i - 1]);
   }
+  for (double& position_m : log.position_m) position_m -= place.middle_m;
   return log;
 }
 
 // What a place is, is no value that is zero where it is at the zero of the position.
 TEST(Causes, APlaceMayBeAtTheZeroOfThePosition) {
-  const Diagnosis is = diagnosed(log_with_friction_at_zero(0.02, 2.0 * strong_N()));
+  const Diagnosis is = diagnosed(log_with_friction_at(Place(0.4, 0.02), 2.0 * strong_N()));
   EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect << is.steps.back().holdout_rmse_N;
   ASSERT_TRUE(is.unexplained);
   EXPECT_TRUE(is.unexplained->description.starts_with("a force sits at one place of the rail"))
@@ -241,12 +249,9 @@ TEST(Causes, APlaceMayBeAtTheZeroOfThePosition) {
 
 // In 1 % of the time the axis is there, and most of the error.
 TEST(Causes, APlaceThatIsPassedQuicklyIsNoMoment) {
-  const Log clean = log_and_force(0.0, no_force);
-  const auto [low, high] = std::minmax_element(clean.position_m.begin(), clean.position_m.end());
-  const double middle_m = *low + 0.8 * (*high - *low);
-  const double half_width_m = 0.003 * (*high - *low);
+  const Place place(0.8, 0.003);
   const Diagnosis is = diagnosed(log_and_force(0.0, [&](double, double position_m) {
-    const double u = (position_m - middle_m) / half_width_m;
+    const double u = place.from_middle(position_m);
     return 20.0 * strong_N() / (1.0 + u * u);
   }));
   EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect << is.steps.back().holdout_rmse_N;

@@ -14,8 +14,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr std::array kWaysToAct{Acts::force, Acts::dry, Acts::dry_scale, Acts::total_scale};
-
 bool same_parameters(const Term& one, const Term& other) {
   return one.shapes == other.shapes && one.gains == other.gains;
 }

@@ -55,6 +55,8 @@ class Linearisation {
   Eigen::MatrixXd columns_of(const Term& candidate) const;
 
  private:
+  static constexpr std::array kWaysToAct{Acts::force, Acts::dry, Acts::dry_scale, Acts::total_scale};
+
   /// Derivative of the force by gain x basis at each sample, by how the gain acts; empty means one.
   class Derivatives {
    public:
@@ -73,10 +75,11 @@ class Linearisation {
   bool has(Acts acts) const;
   bool adds_up(Acts acts) const;
   Eigen::VectorXd linear_force(const Terms& terms, std::vector<bool>& evaluated) const;
-  /// For the effect of term `term_index`; for an effect that is not in the model, the number of terms.
+  /// For the effect of term `term_index`.
   Derivatives derivatives_by(const EffectDescription& effect, std::size_t term_index) const;
   /// The same for an effect that is not in the model, kept for the next one that acts in the same way.
   const Derivatives& derivatives_beside(const EffectDescription& effect) const;
+  /// One of them; for an effect that is not in the model, `term_index` is the number of terms.
   std::vector<double> derivative_by(Acts acts, std::size_t term_index) const;
   std::optional<Eigen::Index> lent_columns(const Linearisation* known, const Term& term) const;
   static void multiply_basis(const Term& term, const Derivatives& derivatives, std::size_t first,
@@ -91,7 +94,7 @@ class Linearisation {
   mutable DryTrace dry_;
   mutable ForceTrace whole_;
   // A search asks for the columns of one candidate with hundreds of shapes: for each way that gains act.
-  mutable std::array<std::once_flag, 4> beside_known_;
+  mutable std::array<std::once_flag, kWaysToAct.size()> beside_known_;
   mutable Derivatives beside_;
   Eigen::MatrixXd columns_;
   Eigen::VectorXd target_;

@@ -41,15 +41,16 @@ constexpr std::size_t kFrequencySegment = 512;
 /// Steps of the periodogram over position in one period within the stroke. Chosen.
 constexpr std::size_t kStepsPerCycle = 4;
 
-/// Power of the bins at whole multiples of 1 / kStepsPerCycle periods within all bins, from none up to
+/// Power of the bins at whole multiples of 1 / kStepsPerCycle periods within all bins, from one period up to
 /// `most_cycles`: their Fourier transform, with zeros behind them.
 std::vector<double> periodogram(std::vector<double> bins, double most_cycles) {
   bins.resize(kStepsPerCycle * (bins.size() - 1));
   std::vector<std::complex<double>> transform;
   Eigen::FFT<double> fft;
   fft.fwd(transform, bins);
-  std::vector<double> power(static_cast<std::size_t>(most_cycles * kStepsPerCycle) + 1);
-  for (std::size_t step = 0; step < power.size(); ++step) power[step] = std::norm(transform[step]);
+  const auto last = static_cast<std::size_t>(most_cycles * kStepsPerCycle);
+  std::vector<double> power;
+  for (std::size_t step = kStepsPerCycle; step <= last; ++step) power.push_back(std::norm(transform[step]));
   return power;
 }
 
@@ -107,9 +108,7 @@ struct RepeatingCycles {
 };
 
 RepeatingCycles repeating_cycles(const PositionBins& bins, const ShapeRange& range, std::size_t wanted) {
-  std::vector<double> power = periodogram(bins.deviations(), most_cycles(bins.stroke_m(), range));
-  // What repeats less than once within the stroke is none.
-  power.erase(power.begin(), power.begin() + std::min<std::ptrdiff_t>(kStepsPerCycle, std::ssize(power)));
+  const std::vector<double> power = periodogram(bins.deviations(), most_cycles(bins.stroke_m(), range));
   constexpr double kStep = 1.0 / kStepsPerCycle;
   RepeatingCycles found;
   for (const std::size_t peak : peaks(power, wanted)) {
