@@ -160,9 +160,9 @@ class SocketCan(unittest.TestCase):
         self.assertEqual([part["label"] for part in said["parts"]], ["the model that was there", "version 1"])
         for part in said["parts"]:
             self.assertTrue(0.1 < part["moving_s"] < 10, part)
-        # A machine under load may lose frames: then it is the longest part without a gap.
-        self.assertEqual(said["logs"][0]["name"], "node5.csv", said)
-        self.assertAlmostEqual(said["logs"][0]["sample_rate_Hz"], 250, places=6)
+        # It is the longest part without a gap, of the second recording where the first had too little of the move.
+        self.assertRegex(said["logs"][-1]["name"], r"^node5(-\d)?\.csv$", said)
+        self.assertAlmostEqual(said["logs"][-1]["sample_rate_Hz"], 250, places=6)
         self.assertEqual(said["opened"], ["done", "", True])
         self.assertIsNone(said["left"])
 
