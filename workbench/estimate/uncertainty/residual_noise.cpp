@@ -17,10 +17,13 @@ namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-/// Rows of a segment of the log, and of the windows whose spectra are averaged within it.
-constexpr std::size_t kSegment = 64;
-constexpr std::size_t kSpectrumWindow = 32;
-constexpr std::size_t kFewestSegments = 8;
+/// Rows of a segment of the log: as short as a spectrum with three bands can be, so that some segments lie
+/// between what happens at every reversal.
+constexpr std::size_t kSegment = 32;
+constexpr std::size_t kFewestSegments = 16;
+/// Rank of the segments that tells the noise, as a fraction of them. What the model lacks adds to the noise
+/// where it acts, and in a motion that repeats it acts in most segments.
+constexpr double kRank = 0.25;  // -kMedianOfNormal of the normal distribution
 
 /// Bands, as fractions of the bandwidth. Below the first, friction and motion dominate.
 struct Band {
@@ -32,9 +35,17 @@ constexpr Band kBands[] = {{0.35, 0.55}, {0.55, 0.75}, {0.75, 0.95}};
 /// Power of a segment in each of the bands.
 using Powers = std::array<double, std::size(kBands)>;
 
-/// Ratio of the median to the mean of a segment's power in a band, for white noise: some eight degrees of
-/// freedom. Determined by random draws.
-constexpr double kMedianOverMean = 0.91;
+/// Ratio of a quantile to the mean of the power of white noise in some neighbouring frequencies of one Hann
+/// window: a chi-squared value. Frequencies next to each other have a squared correlation of 4/9, the next
+/// 1/36 (Welch 1967); its quantile by Wilson and Hilferty (1931), `normal` that of the normal distribution.
+double quantile_over_mean(std::size_t frequencies, double normal) {
+  const auto count = static_cast<double>(frequencies);
+  const double correlated = std::max(0.0, count - 1.0) * 4.0 / 9.0 + std::max(0.0, count - 2.0) / 36.0;
+  const double degrees = 2.0 * count * count / (count + 2.0 * correlated);
+  const double variance = 2.0 / (9.0 * degrees);
+  const double root = 1.0 - variance + normal * std::sqrt(variance);
+  return root * root * root;
+}
 
 /// Squared magnitude of the rows' filter, including the aliases by the spacing of the rows.
 double power_response(const Measurement& measurement, double frequency_Hz, double row_rate_Hz) {
@@ -57,19 +68,23 @@ struct Segments {
   std::vector<Powers> left;       ///< of the residual
   std::vector<Powers> quantised;  ///< of the error by quantisation, the mean over its realisations
   std::vector<double> frequency_Hz;
+  std::array<std::size_t, std::size(kBands)> frequencies{};  ///< in each band
 };
 
 Segments segments_of(const Measurement& measurement, const LogPart& part, double row_rate_Hz,
                      const Eigen::VectorXd& residual_N, const std::vector<Eigen::VectorXd>& realisations_N) {
   Segments segments;
   const auto powers_of = [&](const double* rows_N) {
-    const Spectrum spectrum = power_spectrum({rows_N, kSegment}, row_rate_Hz, kSpectrumWindow);
+    const Spectrum spectrum = power_spectrum({rows_N, kSegment}, row_rate_Hz, kSegment);
     segments.frequency_Hz = spectrum.frequency_Hz;
+    segments.frequencies.fill(0);
     Powers power{};
     for (std::size_t k = 0; k < spectrum.density.size(); ++k) {
       const double at = spectrum.frequency_Hz[k] / measurement.bandwidth_Hz();
       for (std::size_t b = 0; b < power.size(); ++b) {
-        if (at >= kBands[b].from && at < kBands[b].to) power[b] += spectrum.density[k];
+        if (at < kBands[b].from || at >= kBands[b].to) continue;
+        power[b] += spectrum.density[k];
+        ++segments.frequencies[b];
       }
     }
     return power;
@@ -90,28 +105,30 @@ Segments segments_of(const Measurement& measurement, const LogPart& part, double
   return segments;
 }
 
-/// Median powers of the residual in one band.
+/// Mean power of white noise in one band, as the residual bounds it.
 struct BandPower {
-  double left = 0.0;
-  double unquantised = 0.0;  ///< after subtraction of the error by quantisation
+  double least = 0.0;  ///< besides the error by quantisation
+  double most = 0.0;   ///< with it
 };
 
-/// Median powers over the half of the segments with the weakest quantisation, if these are enough. In the
-/// others, the subtraction of quantisation would give the uncertain difference of two large numbers.
+/// Over the half of the segments with the weakest quantisation, if these are enough. In the others, the
+/// subtraction of quantisation would give the uncertain difference of two large numbers.
 BandPower power_where_least_quantised(const Segments& segments, std::size_t band) {
+  const double at_rank = quantile_over_mean(segments.frequencies[band], -kMedianOfNormal);
+  const double at_median = quantile_over_mean(segments.frequencies[band], 0.0);
   std::vector<double> quantised;
   quantised.reserve(segments.left.size());
   for (const Powers& power : segments.quantised) quantised.push_back(power[band]);
   const std::size_t last = std::max(kFewestSegments, (quantised.size() + 1) / 2) - 1;
-  const double most = value_at_rank(std::move(quantised), last);
+  const double weakest = value_at_rank(std::move(quantised), last);
   std::vector<double> left;
   std::vector<double> unquantised;
   for (std::size_t segment = 0; segment < segments.left.size(); ++segment) {
-    if (segments.quantised[segment][band] > most) continue;
-    left.push_back(segments.left[segment][band]);
-    unquantised.push_back(segments.left[segment][band] - segments.quantised[segment][band]);
+    if (segments.quantised[segment][band] > weakest) continue;
+    left.push_back(segments.left[segment][band] / at_median);
+    unquantised.push_back(segments.left[segment][band] / at_rank - segments.quantised[segment][band]);
   }
-  return {median(std::move(left)), median(std::move(unquantised))};
+  return {quantile(std::move(unquantised), kRank), median(std::move(left))};
 }
 
 /// Power of the three bands that noise causes: white force noise of density one, and the encoder's
@@ -153,11 +170,10 @@ NoiseBounds residual_noise(const Measurement& measurement, const LogPart& part,
   double least = std::numeric_limits<double>::infinity();
   double most = 0.0;
   for (std::size_t b = 0; b < std::size(kBands); ++b) {
-    if (noise.response[b] <= 0.0) continue;
+    if (noise.response[b] <= 0.0 || segments.frequencies[b] == 0) continue;
     const BandPower power = power_where_least_quantised(segments, b);
-    least = std::min(
-        least, std::max(0.0, (power.unquantised / kMedianOverMean - noise.encoder[b]) / noise.response[b]));
-    most = std::max(most, (power.left / kMedianOverMean - noise.encoder[b]) / noise.response[b]);
+    least = std::min(least, std::max(0.0, (power.least - noise.encoder[b]) / noise.response[b]));
+    most = std::max(most, (power.most - noise.encoder[b]) / noise.response[b]);
   }
   if (!std::isfinite(least)) return {};
   const double band_Hz = 0.5 * measurement.sample_rate_Hz();

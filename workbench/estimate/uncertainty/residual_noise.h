@@ -22,11 +22,12 @@ struct NoiseBounds {
 /// controller does from sample to sample is no noise, because it is measured and moves the axis.
 ///
 /// The power of the residual is estimated in bands in the upper part of the rows' bandwidth, where friction
-/// and motion contribute little, as the median over segments of the log, so that neither spectral lines nor
-/// reversals count. The lower bound is the weakest band after subtraction of the encoder's quantisation:
-/// through `mass_kg`, and through the hysteresis, as the mean power of `realisations_N`. The upper bound is
-/// the strongest band after subtraction of the former only. No bounds for a log of fewer than eight segments
-/// of 64 rows. `residual_N` and `realisations_N`: of all rows.
+/// and motion contribute little, in segments of the log. The lower bound is the weakest band after
+/// subtraction of the encoder's quantisation (through `mass_kg`, and through the hysteresis, as the mean
+/// power of `realisations_N`), of the quarter of the segments with the least: what the model lacks only adds
+/// to the noise, and in a motion that repeats it acts in most of them. The upper bound is the strongest band
+/// after subtraction of the former only, by the median. No bounds for a log of fewer than 16 segments of 32
+/// rows. `residual_N` and `realisations_N`: of all rows.
 NoiseBounds residual_noise(const Measurement& measurement, const LogPart& part,
                            const Eigen::VectorXd& residual_N,
                            const std::vector<Eigen::VectorXd>& realisations_N, double mass_kg);
