@@ -224,12 +224,17 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   if (confounder) diagnosis.unexplained = std::move(confounder);
 }
 
+/// Whether it explains more than half of the error (mean square), or tells when the axis makes it.
+bool holds_most(const Structure& one) {
+  return explains_most(1.0, 1.0 - one.error_reduction, 0.0);
+}
+
 /// A free curve over time follows a slow motion, and so whatever depends on it: where a free curve over
 /// another coordinate explains more of what the effects leave, that is told in its place; and in place of a
 /// cause of which no value is larger than its interval whatever explains most. In place of a cause that
-/// explains less than half of the error (mean square) some moments are told that hold more of it: what
-/// explains most is what happens then (a narrow bump that is passed quickly). Returns whether what is first
-/// now tells anything.
+/// explains less than half of the error (mean square) some moments, or those after reversals, are told that
+/// hold more than half of it; a cause that explains most is what happens then (a narrow bump that is passed
+/// quickly). Returns whether what is first now tells anything.
 bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis) {
   Structure& cause = diagnosis.outside.causes.front();
   for (Structure& one : structure_left(measurement, diagnosis)) {
@@ -239,8 +244,8 @@ bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis
     }
     const bool of_motion = one.coordinate == Coordinate::position || one.coordinate == Coordinate::velocity ||
                            one.coordinate == Coordinate::acceleration;
-    const bool of_moments = one.coordinate == Coordinate::time && one.only_where &&
-                            !explains_most(1.0, 1.0 - cause.error_reduction, 0.0);
+    const bool of_moments =
+        one.only_where && one.coordinate != cause.coordinate && holds_most(one) && !holds_most(cause);
     const bool other = of_moments || (of_motion && (cause.free_curve || !cause.determined));
     if (!other || one.error_reduction <= cause.error_reduction) continue;
     cause = std::move(one);

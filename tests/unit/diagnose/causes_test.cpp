@@ -10,6 +10,7 @@
 #include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/diagnose/verdict.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -258,6 +259,44 @@ TEST(Causes, APlaceThatIsPassedQuicklyIsNoMoment) {
   ASSERT_TRUE(is.unexplained);
   EXPECT_TRUE(is.unexplained->description.starts_with("a force sits at one place of the rail"))
       << is.unexplained->description;
+}
+
+/// Half-sines of 12 ms, each at its own time of 10 to 30 ms after the axis turned round.
+Log log_with_hits_after_reversals(double size_N) {
+  Log log = log_and_force(0.0, no_force);
+  test::Draw draw(5);
+  const auto samples = [&](double seconds) {
+    return static_cast<std::size_t>(std::lround(seconds * log.sample_rate_Hz));
+  };
+  const std::size_t length = samples(0.012);
+  double side = 0.0;
+  for (std::size_t i = 1; i + samples(0.06) < log.force_N.size(); ++i) {
+    const double step_m = log.position_m[i] - log.position_m[i - 1];
+    if (step_m == 0.0 || step_m * side > 0.0) continue;
+    side = std::copysign(1.0, step_m);
+    const std::size_t first = i + samples(0.02 + 0.01 * std::clamp(draw.normal(), -1.0, 1.0));
+    for (std::size_t k = 0; k < length; ++k) {
+      const double phase = std::numbers::pi * static_cast<double>(k) / static_cast<double>(length);
+      log.force_N[first + k] += side * size_N * std::sin(phase);
+    }
+  }
+  return log;
+}
+
+// A place that explains a twentieth is no answer where nearly all of the error comes after reversals.
+TEST(Causes, OneThatExplainsLittleIsNotToldWhereReversalsHoldTheError) {
+  Measurement measurement(log_with_hits_after_reversals(20.0 * strong_N()));
+  Diagnosis is = diagnosed(measurement);
+  const auto judged_beside_a_place = [&](double explained) {
+    is.outside = {};
+    is.outside.causes.push_back({Coordinate::position, explained, 0.1, "a force sits at one place",
+                                 Eigen::VectorXd::Zero(measurement.row_count())});
+    is.outside.explain_most = true;
+    judge(measurement, is);
+    return is.unexplained.value_or(Structure{}).coordinate;
+  };
+  EXPECT_EQ(judged_beside_a_place(0.05), Coordinate::reversal);
+  EXPECT_EQ(judged_beside_a_place(0.8), Coordinate::position);
 }
 
 // Noise does not hold most of its square in 1 % of the time, however large it is said to be.
