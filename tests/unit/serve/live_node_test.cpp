@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -106,6 +107,15 @@ TEST(LiveNode, ShowsTheSignalsAndTheErrorsModelByModel) {
   EXPECT_GE(bench.live->since(end).at("first"), end) << "only what is new";
 }
 
+Log read_recording(const Recording& recording) {
+  const std::filesystem::path path =
+      std::filesystem::path(::testing::TempDir()) / ("slipstack_live_" + std::to_string(::getpid()) + ".csv");
+  std::ofstream(path, std::ios::binary) << recording.log;
+  Log log = read_log(path.string());
+  std::filesystem::remove(path);
+  return log;
+}
+
 TEST(LiveNode, ARecordingIsALogAndOneThatIsTooShortIsNot) {
   Watched bench;
   bench.watch();
@@ -119,13 +129,9 @@ TEST(LiveNode, ARecordingIsALogAndOneThatIsTooShortIsNot) {
   const Recording recording = bench.live->stop_recording();
   EXPECT_GT(recording.samples, 1500U);
   EXPECT_EQ(recording.lost, 0U);
-  const std::filesystem::path path =
-      std::filesystem::path(::testing::TempDir()) / ("slipstack_live_" + std::to_string(::getpid()) + ".csv");
-  std::ofstream(path, std::ios::binary) << recording.log;
-  const Log log = read_log(path.string());
+  const Log log = read_recording(recording);
   EXPECT_NEAR(log.sample_rate_Hz, 500.0, 1e-6);
   EXPECT_EQ(log.position_m.size(), recording.samples);
-  std::filesystem::remove(path);
 }
 
 /// A link that loses as many of the frames that it receives as `to_lose` says, and counts that down.
@@ -149,27 +155,35 @@ class LossyLink final : public CanLink {
   std::atomic<int>& to_lose_;
 };
 
-TEST(LiveNode, OfARecordingWithALongGapTheLongestPartBecomesTheLog) {
-  Watched bench;
-  std::atomic<int> to_lose{0};
-  bench.live = std::make_unique<LiveNode>(bench.events, bench.talking, LiveNode::Target{"", 5, 500.0},
-                                          [&] { return std::make_unique<LossyLink>(bench.link(), to_lose); });
-  const auto recorded = [&](std::size_t more) {
-    const std::uint64_t begin = bench.live->end();
-    return await([&] { return bench.live->end() > begin + more; });
-  };
-  ASSERT_TRUE(recorded(50));
-  bench.live->start_recording();
-  ASSERT_TRUE(recorded(200));
-  to_lose = 20;
-  ASSERT_TRUE(await([&] { return to_lose == 0; }));
-  bench.move(0.02);
-  ASSERT_TRUE(recorded(1500));
-  const Recording recording = bench.live->stop_recording();
-  EXPECT_GT(recording.samples, 1500U);
-  EXPECT_EQ(recording.lost, 0U);
-  EXPECT_NE(bench.live->to_json().at("notice").get<std::string>().find("The stream had gaps"),
-            std::string::npos);
+// The longest part in which the axis moves: of these two recordings the rest before the gap is shorter and
+// longer than that.
+TEST(LiveNode, OfARecordingWithALongGapTheLongestPartThatMovesBecomesTheLog) {
+  for (const std::size_t rest : {200U, 6000U}) {
+    Watched bench;
+    std::atomic<int> to_lose{0};
+    bench.live = std::make_unique<LiveNode>(bench.events, bench.talking, LiveNode::Target{"", 5, 500.0}, [&] {
+      return std::make_unique<LossyLink>(bench.link(), to_lose);
+    });
+    const auto recorded = [&](std::size_t more) {
+      const std::uint64_t begin = bench.live->end();
+      return await([&] { return bench.live->end() > begin + more; });
+    };
+    ASSERT_TRUE(recorded(50));
+    bench.live->start_recording();
+    ASSERT_TRUE(recorded(rest));
+    to_lose = 20;
+    ASSERT_TRUE(await([&] { return to_lose == 0; }));
+    bench.move(0.02);
+    ASSERT_TRUE(recorded(1500));
+    const Recording recording = bench.live->stop_recording();
+    EXPECT_GT(recording.samples, 1500U);
+    EXPECT_EQ(recording.lost, 0U);
+    const Log log = read_recording(recording);
+    const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
+    EXPECT_NEAR(*high - *low, 0.02, 1e-3) << "a rest of " << rest << " samples is the log";
+    EXPECT_NE(bench.live->to_json().at("notice").get<std::string>().find("The stream had gaps"),
+              std::string::npos);
+  }
 }
 
 TEST(LiveNode, TheControllerIsAsItWasWhenItIsLeft) {

@@ -37,24 +37,46 @@ std::uint64_t next_number() {
   return ++connections;
 }
 
-/// The longest part without a gap that no log may have.
-std::vector<StreamSample> longest_part(const std::vector<StreamSample>& samples, const StreamedAxis& axis) {
-  const double step = 1.0 / (axis.rate_Hz * axis.tick_s);
-  std::size_t best = 0;
-  std::size_t length = 0;
+/// Samples between two gaps, and how far the axis went there.
+struct UnbrokenPart {
   std::size_t begin = 0;
-  for (std::size_t i = 1; i <= samples.size(); ++i) {
-    const bool ends = i == samples.size() || static_cast<double>(samples[i].tick - samples[i - 1].tick) >
-                                                 step * static_cast<double>(kLongestGap);
-    if (!ends) continue;
-    if (i - begin > length) {
-      best = begin;
-      length = i - begin;
+  std::size_t end = 0;
+  std::int64_t travel_counts = 0;
+  std::size_t length() const { return end - begin; }
+};
+
+/// The parts between the gaps that no log may have.
+std::vector<UnbrokenPart> unbroken_parts(const std::vector<StreamSample>& samples, const StreamedAxis& axis) {
+  const double longest_ticks = static_cast<double>(kLongestGap) / (axis.rate_Hz * axis.tick_s);
+  std::vector<UnbrokenPart> parts;
+  std::int64_t lowest = 0;
+  std::int64_t highest = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::int64_t counts = samples[i].counts;
+    if (i == 0 || static_cast<double>(samples[i].tick - samples[i - 1].tick) > longest_ticks) {
+      parts.push_back({i, i, 0});
+      lowest = highest = counts;
     }
-    begin = i;
+    lowest = std::min(lowest, counts);
+    highest = std::max(highest, counts);
+    parts.back().end = i + 1;
+    parts.back().travel_counts = highest - lowest;
   }
-  const auto first = samples.begin() + static_cast<std::ptrdiff_t>(best);
-  return {first, first + static_cast<std::ptrdiff_t>(length)};
+  return parts;
+}
+
+/// The longest part without a gap of those in which the axis goes at least half as far as in any: a long rest
+/// is no measurement.
+std::vector<StreamSample> part_to_keep(const std::vector<StreamSample>& samples, const StreamedAxis& axis) {
+  const std::vector<UnbrokenPart> parts = unbroken_parts(samples, axis);
+  std::int64_t farthest = 0;
+  for (const UnbrokenPart& part : parts) farthest = std::max(farthest, part.travel_counts);
+  UnbrokenPart kept;
+  for (const UnbrokenPart& part : parts) {
+    if (2 * part.travel_counts >= farthest && part.length() > kept.length()) kept = part;
+  }
+  const auto first = samples.begin() + static_cast<std::ptrdiff_t>(kept.begin);
+  return {first, first + static_cast<std::ptrdiff_t>(kept.length())};
 }
 
 float value_or_zero(float value) {
@@ -360,12 +382,12 @@ Recording LiveNode::stop_recording() {
     axis = axis_;
   }
   const std::size_t all = samples.size();
-  samples = longest_part(samples, axis);
+  samples = part_to_keep(samples, axis);
   if (samples.size() < all) {
     const std::lock_guard lock(lock_);
     notice_ = fmt::format(
-        "The stream had gaps: of {} recorded samples the longest part without one became the log, {}. Lower "
-        "the rate, or find out what delays the bus.",
+        "The stream had gaps: of {} recorded samples the longest part without one in which the axis moves "
+        "became the log, {}. Lower the rate, or find out what delays the bus.",
         all, samples.size());
   }
   events_.tell();
