@@ -77,11 +77,13 @@ double moves_m(double time_s) {
   return quintic(u / 0.35) - quintic((u - 0.5) / 0.35);
 }
 
-/// By how many periods within the stroke the best of the starting pitches misses the pitch of a ripple.
-double periods_missed(double pitch_m) {
+/// By how many periods within the stroke the best of the starting pitches misses the pitch of a ripple, in a
+/// log of these moves that take so many times as long.
+double periods_missed(double pitch_m, double slower, double rate_Hz) {
   test::Draw draw(3);
-  const Log log = test::log_of(500.0, 20'000, moves_m, [&](double t) {
-    return std::sin(2.0 * std::numbers::pi / pitch_m * moves_m(t) + 0.3) + 0.02 * draw.normal();
+  const auto position_m = [&](double t) { return moves_m(t / slower); };
+  const Log log = test::log_of(rate_Hz, 20'000, position_m, [&](double t) {
+    return std::sin(2.0 * std::numbers::pi / pitch_m * position_m(t) + 0.3) + 0.02 * draw.normal();
   });
   const Measurement measurement(log);
   const std::vector<double> nothing_N(measurement.sample_count(), 0.0);
@@ -99,7 +101,13 @@ double periods_missed(double pitch_m) {
 // step of the periodogram is a quarter) leaves a quarter of the amplitude, and such a pitch may leave less.
 TEST(ShapeSearch, BeginsAtAPitchThatIsPassedFasterThanTheBandwidth) {
   for (const double pitch_m : {0.2, 49e-3, 33.2e-3, 20e-3, 14e-3, 11e-3, 9e-3, 8e-3, 7e-3, 6e-3})
-    EXPECT_LT(periods_missed(pitch_m), 0.09) << pitch_m;
+    EXPECT_LT(periods_missed(pitch_m, 1.0, 500.0), 0.09) << pitch_m;
+}
+
+// As of the motor behind a gear of 1:100 over five turns.
+TEST(ShapeSearch, BeginsAtAPitchOfWhichTheStrokeHasHundreds) {
+  for (const double pitch_m : {2.5e-3, 1.6e-3, 1.25e-3, 1.03e-3})
+    EXPECT_LT(periods_missed(pitch_m, 4.0, 1000.0), 0.09) << pitch_m;
 }
 
 /// The estimate of a drag with this exponent, beside so much viscous friction.

@@ -27,9 +27,9 @@ std::vector<std::size_t> peaks(const std::vector<double>& power, std::size_t wan
 }
 
 /// The most periods of a pitch within the stroke that the periodogram over the position contains: a screw of
-/// 5 mm on 2.5 m, two periods a turn of the motor of a joint behind a gear of 1:100 over two and a half
-/// turns; eight of its bins a period.
-constexpr double kMostCycles = 500.0;
+/// 2 mm on 2 m, two periods a turn of the motor of a joint behind a gear of 1:100 over five turns; eight of
+/// its bins a period.
+constexpr double kMostCycles = 1000.0;
 
 double most_cycles(double stroke_m, const ShapeRange& pitch) {
   return std::min(stroke_m / pitch.lower, kMostCycles);
@@ -86,7 +86,7 @@ class PositionBins {
   }
 
  private:
-  static constexpr std::size_t kBins = 4096;
+  static constexpr std::size_t kBins = 8193;  // one more than a power of two: periodogram()
   const std::vector<double>& position_m_;
   ValueRange stroke_;
   double bins_per_m_;
