@@ -242,6 +242,23 @@ TEST(DropUndetermined, WhatMayAsWellBeZeroBesideOthers) {
   EXPECT_EQ(determined(0.5), (std::vector<std::string>{"viscous", "offset_force"}));
 }
 
+// Each of its two gains is within two standard errors of zero, since one can take the place of the other. Of
+// a memory that decays with time no distance is known.
+TEST(DropUndetermined, NoLagOfWhichTimeOrDistanceIsKnown) {
+  const Measurement measurement(test::wandering_log(5, 1000.0, 20'000));
+  Term lag = make_term(measurement, *find_effect("frictional_lag"));
+  lag.shapes = {0.012, 1.5, 0.08, 0.8};
+  lag.gains = {0.017, 0.016};
+  lag.gain_standard_errors = {0.025, 0.022};
+  const auto is_undetermined_with = [&](double time_error_s, double distance_error_m) {
+    lag.shape_standard_errors = {0.002, 0.7, time_error_s, distance_error_m};
+    return is_undetermined(measurement, {}, lag);
+  };
+  EXPECT_FALSE(is_undetermined_with(0.007, 4.3));
+  EXPECT_FALSE(is_undetermined_with(0.4, 0.1));
+  EXPECT_TRUE(is_undetermined_with(0.4, 4.3));
+}
+
 /// Whether an asymmetry of the level by `with_friction`, and by `with_motion` more once the axis moves, keeps
 /// its name.
 bool keeps_asymmetry(double with_friction, double with_motion) {

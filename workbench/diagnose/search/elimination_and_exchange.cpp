@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "workbench/base/parallel.h"
@@ -137,6 +138,27 @@ bool is_equal_each_way(const Measurement& measurement, const FittedModel& model,
              std::max(2.0 * jackknife_error(slope_without) * speed_mps, least_N);
 }
 
+/// Whether the log says nothing of a shape.
+bool may_be_anything(const Term& term, std::size_t shape) {
+  const bool ended =
+      shape_ended_at_bound(term, shape) && term.effect->shapes[shape].kind != ShapeKind::frequency;
+  return ended || term.shape_standard_error(shape) > std::abs(term.shapes[shape]);
+}
+
+/// Of a memory that decays with time or with distance: the other of the two. A log in which it decays with
+/// time says nothing of a distance, and the other way round.
+std::optional<std::size_t> other_shape_of_memory(const EffectDescription& effect, std::size_t shape) {
+  if (!effect.has_shape(ShapeKind::lag_distance)) return {};
+  switch (effect.shapes[shape].kind) {
+    case ShapeKind::lag_distance:
+      return effect.find_shape(ShapeKind::time_constant);
+    case ShapeKind::time_constant:
+      return effect.find_shape(ShapeKind::lag_distance);
+    default:
+      return {};
+  }
+}
+
 }  // namespace
 
 bool is_undetermined(const Measurement& measurement, const FittedModel& model, const Term& term) {
@@ -148,8 +170,8 @@ bool is_undetermined(const Measurement& measurement, const FittedModel& model, c
   }
   if (term.gains_per_set() == 1) return true;
   for (std::size_t i = 0; i < term.shapes.size(); ++i) {
-    const bool ended = shape_ended_at_bound(term, i) && term.effect->shapes[i].kind != ShapeKind::frequency;
-    if (ended || term.shape_standard_error(i) > std::abs(term.shapes[i])) return true;
+    const auto other = other_shape_of_memory(*term.effect, i);
+    if (may_be_anything(term, i) && (!other || may_be_anything(term, *other))) return true;
   }
   return false;
 }

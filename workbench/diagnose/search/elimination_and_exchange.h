@@ -21,8 +21,9 @@ void drop_coulomb_of_hysteresis(const SelectionContext& context, Explanation& ex
 /// Whether the log determines nothing of a term of a model with standard errors: its one gain is within two
 /// standard errors of zero, or the times of a delay are, each and together; or each of several gains is, and
 /// a shape is anything: its standard error is above its value, or its search ended at a bound (but the
-/// frequency of a mode above the band, for which has_implausible_mode() asks more). Of several gains each may
-/// be within two where together they are not. What a map is, no single gain tells.
+/// frequency of a mode above the band, for which has_implausible_mode() asks more; of a memory's time and
+/// distance both). Of several gains each may be within two where together they are not. What a map is, no
+/// single gain tells.
 bool is_undetermined(const Measurement& measurement, const FittedModel& model, const Term& term);
 
 /// Drops effects of which the log determines nothing: whose gain differs from zero by less than two standard
