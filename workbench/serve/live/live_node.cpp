@@ -12,6 +12,7 @@
 #include "workbench/base/text.h"
 #include "workbench/can/drive/drive_access.h"
 #include "workbench/report/json_values.h"
+#include "workbench/serve/live/kept_part.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -27,56 +28,11 @@ constexpr int kMostSilences = 3;
 constexpr auto kMostCatchingUp = 5s;  // with samples that wait, before a new model is told of all the same
 constexpr std::size_t kMotionSamples = 10;  // the axis moves where it went further than so many counts
 constexpr std::int32_t kMotionCounts = 4;  // within so many samples. Chosen: an encoder at rest dithers by 1.
-constexpr double kLeast_s = 2.0;           // of a recording: less has no stretch that a fit could hold out
-constexpr double kMost_s = 3600.0;
-constexpr std::int64_t kLongestGap =
-    10;  // samples that a log may lack in one place: it is interpolated there
+constexpr double kMost_s = 3600.0;         // of a recording
 
 std::uint64_t next_number() {
   static std::atomic<std::uint64_t> connections{0};
   return ++connections;
-}
-
-/// Samples between two gaps, and how far the axis went there.
-struct UnbrokenPart {
-  std::size_t begin = 0;
-  std::size_t end = 0;
-  std::int64_t travel_counts = 0;
-  std::size_t length() const { return end - begin; }
-};
-
-/// The parts between the gaps that no log may have.
-std::vector<UnbrokenPart> unbroken_parts(const std::vector<StreamSample>& samples, const StreamedAxis& axis) {
-  const double longest_ticks = static_cast<double>(kLongestGap) / (axis.rate_Hz * axis.tick_s);
-  std::vector<UnbrokenPart> parts;
-  std::int64_t lowest = 0;
-  std::int64_t highest = 0;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const std::int64_t counts = samples[i].counts;
-    if (i == 0 || static_cast<double>(samples[i].tick - samples[i - 1].tick) > longest_ticks) {
-      parts.push_back({i, i, 0});
-      lowest = highest = counts;
-    }
-    lowest = std::min(lowest, counts);
-    highest = std::max(highest, counts);
-    parts.back().end = i + 1;
-    parts.back().travel_counts = highest - lowest;
-  }
-  return parts;
-}
-
-/// The longest part without a gap of those in which the axis goes at least half as far as in any: a long rest
-/// is no measurement.
-std::vector<StreamSample> part_to_keep(const std::vector<StreamSample>& samples, const StreamedAxis& axis) {
-  const std::vector<UnbrokenPart> parts = unbroken_parts(samples, axis);
-  std::int64_t farthest = 0;
-  for (const UnbrokenPart& part : parts) farthest = std::max(farthest, part.travel_counts);
-  UnbrokenPart kept;
-  for (const UnbrokenPart& part : parts) {
-    if (2 * part.travel_counts >= farthest && part.length() > kept.length()) kept = part;
-  }
-  const auto first = samples.begin() + static_cast<std::ptrdiff_t>(kept.begin);
-  return {first, first + static_cast<std::ptrdiff_t>(kept.length())};
 }
 
 float value_or_zero(float value) {
@@ -391,9 +347,9 @@ Recording LiveNode::stop_recording() {
         all, samples.size());
   }
   events_.tell();
-  if (static_cast<double>(samples.size()) < kLeast_s * axis.rate_Hz) {
+  if (!is_long_enough(samples.size(), axis)) {
     throw UsageError(fmt::format("the recording has {} samples, less than {:g} s; record for longer",
-                                 samples.size(), kLeast_s));
+                                 samples.size(), kLeastRecording_s));
   }
   return recording_of(axis, samples);
 }
