@@ -229,29 +229,35 @@ bool holds_most(const Structure& one) {
   return explains_most(1.0, 1.0 - one.error_reduction, 0.0);
 }
 
+/// Whether it may take the place of a cause that explains less than half of the error (mean square), because
+/// it says when the axis makes the error: moments are few, and reversals must hold most of it.
+bool tells_when(const Structure& one, const Structure& cause) {
+  return one.only_where && one.coordinate != cause.coordinate && !holds_most(cause) &&
+         (one.coordinate == Coordinate::time || holds_most(one));
+}
+
 /// A free curve over time follows a slow motion, and so whatever depends on it: where a free curve over
 /// another coordinate explains more of what the effects leave, that is told in its place; and in place of a
-/// cause of which no value is larger than its interval whatever explains most. In place of a cause that
-/// explains less than half of the error (mean square) some moments, or those after reversals, are told that
-/// hold more than half of it; a cause that explains most is what happens then (a narrow bump that is passed
-/// quickly). Returns whether what is first now tells anything.
+/// cause of which no value is larger than its interval whatever explains most, unless the cause is such a
+/// curve and explains most itself; and what tells_when(), where it holds more than the cause explains: a
+/// cause that explains most is what happens then (a narrow bump that is passed quickly). Returns whether what
+/// is first now tells anything.
 bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis) {
   Structure& cause = diagnosis.outside.causes.front();
+  const bool says_something = cause.determined || (cause.free_curve && holds_most(cause));
   for (Structure& one : structure_left(measurement, diagnosis)) {
-    if (!cause.determined && one.error_reduction >= kStructureReduction) {
+    if (!says_something && one.error_reduction >= kStructureReduction) {
       cause = std::move(one);
       return true;
     }
     const bool of_motion = one.coordinate == Coordinate::position || one.coordinate == Coordinate::velocity ||
                            one.coordinate == Coordinate::acceleration;
-    const bool of_moments =
-        one.only_where && one.coordinate != cause.coordinate && holds_most(one) && !holds_most(cause);
-    const bool other = of_moments || (of_motion && (cause.free_curve || !cause.determined));
+    const bool other = tells_when(one, cause) || (of_motion && (cause.free_curve || !says_something));
     if (!other || one.error_reduction <= cause.error_reduction) continue;
     cause = std::move(one);
     return true;
   }
-  return cause.determined;
+  return says_something;
 }
 
 /// The strongest cause outside the catalogue, beside what is above the bandwidth of the rows, where neither

@@ -283,20 +283,25 @@ Log log_with_hits_after_reversals(double size_N) {
   return log;
 }
 
-// A place that explains a twentieth is no answer where nearly all of the error comes after reversals.
+// A place that explains a twentieth is no answer where nearly all of the error comes after reversals; nor is
+// a cause of which no value is known, unless it is a curve that explains most.
 TEST(Causes, OneThatExplainsLittleIsNotToldWhereReversalsHoldTheError) {
   Measurement measurement(log_with_hits_after_reversals(20.0 * strong_N()));
   Diagnosis is = diagnosed(measurement);
-  const auto judged_beside_a_place = [&](double explained) {
+  const auto judged_beside = [&](Coordinate coordinate, double explained, bool free_curve, bool determined) {
     is.outside = {};
-    is.outside.causes.push_back({Coordinate::position, explained, 0.1, "a force sits at one place",
-                                 Eigen::VectorXd::Zero(measurement.row_count())});
+    is.outside.causes.push_back({coordinate, explained, 0.1, "a force outside the catalogue",
+                                 Eigen::VectorXd::Zero(measurement.row_count()), false, free_curve,
+                                 determined});
     is.outside.explain_most = true;
     judge(measurement, is);
     return is.unexplained.value_or(Structure{}).coordinate;
   };
-  EXPECT_EQ(judged_beside_a_place(0.05), Coordinate::reversal);
-  EXPECT_EQ(judged_beside_a_place(0.8), Coordinate::position);
+  EXPECT_EQ(judged_beside(Coordinate::position, 0.05, false, true), Coordinate::reversal);
+  EXPECT_EQ(judged_beside(Coordinate::position, 0.8, false, true), Coordinate::position);
+  EXPECT_EQ(judged_beside(Coordinate::position, 0.8, false, false), Coordinate::reversal);
+  EXPECT_EQ(judged_beside(Coordinate::time, 0.8, true, false), Coordinate::time);
+  EXPECT_EQ(judged_beside(Coordinate::time, 0.05, true, false), Coordinate::reversal);
 }
 
 // Noise does not hold most of its square in 1 % of the time, however large it is said to be.
