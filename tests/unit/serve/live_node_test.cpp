@@ -3,20 +3,17 @@
 #include "workbench/serve/live/live_node.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <thread>
 
 #include "firmware/control/hunting/hunting_watch.h"
 #include "firmware/control/supervision/faults.h"
+#include "tests/unit/serve/recorded_log.h"
 #include "workbench/can/drive/drive_words.h"
-#include "workbench/log/log.h"
 #include "workbench/serve/live/driven_axis.h"
 #include "workbench/serve/live/simulated_axis.h"
 
@@ -107,15 +104,6 @@ TEST(LiveNode, ShowsTheSignalsAndTheErrorsModelByModel) {
   EXPECT_GE(bench.live->since(end).at("first"), end) << "only what is new";
 }
 
-Log read_recording(const Recording& recording) {
-  const std::filesystem::path path =
-      std::filesystem::path(::testing::TempDir()) / ("slipstack_live_" + std::to_string(::getpid()) + ".csv");
-  std::ofstream(path, std::ios::binary) << recording.log;
-  Log log = read_log(path.string());
-  std::filesystem::remove(path);
-  return log;
-}
-
 TEST(LiveNode, ARecordingIsALogAndOneThatIsTooShortIsNot) {
   Watched bench;
   bench.watch();
@@ -129,7 +117,7 @@ TEST(LiveNode, ARecordingIsALogAndOneThatIsTooShortIsNot) {
   const Recording recording = bench.live->stop_recording();
   EXPECT_GT(recording.samples, 1500U);
   EXPECT_EQ(recording.lost, 0U);
-  const Log log = read_recording(recording);
+  const Log log = test::read_recorded(recording.log);
   EXPECT_NEAR(log.sample_rate_Hz, 500.0, 1e-6);
   EXPECT_EQ(log.position_m.size(), recording.samples);
 }
@@ -178,7 +166,7 @@ TEST(LiveNode, OfARecordingWithALongGapTheLongestPartThatMovesBecomesTheLog) {
     const Recording recording = bench.live->stop_recording();
     EXPECT_GT(recording.samples, 1500U);
     EXPECT_EQ(recording.lost, 0U);
-    const Log log = read_recording(recording);
+    const Log log = test::read_recorded(recording.log);
     const auto [low, high] = std::minmax_element(log.position_m.begin(), log.position_m.end());
     EXPECT_NEAR(*high - *low, 0.02, 1e-3) << "a rest of " << rest << " samples is the log";
     EXPECT_NE(bench.live->to_json().at("notice").get<std::string>().find("The stream had gaps"),

@@ -3,16 +3,13 @@
 #include "workbench/serve/live/plan_on_axis.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
 
+#include "tests/unit/serve/recorded_log.h"
 #include "workbench/base/cancel.h"
 #include "workbench/can/drive/drive_access.h"
-#include "workbench/log/log.h"
 #include "workbench/serve/live/simulated_axis.h"
 
 namespace slipstack::workbench {
@@ -83,15 +80,6 @@ struct Bench {
   }
 };
 
-Log log_of(const Recording& recording) {
-  const std::filesystem::path path =
-      std::filesystem::path(::testing::TempDir()) / ("slipstack_plan_" + std::to_string(::getpid()) + ".csv");
-  std::ofstream(path, std::ios::binary) << recording.log;
-  Log log = read_log(path.string());
-  std::filesystem::remove(path);
-  return log;
-}
-
 TEST(PlanSampling, IsThatOfTheLogsWhereTheBusCanCarryIt) {
   for (const auto& [rate_Hz, expected_Hz, period_ms] :
        std::vector<std::tuple<double, double, int>>{{1000.0, 1000.0, 1},
@@ -118,7 +106,7 @@ TEST(PlanOnAxis, IsFollowedRecordedAndEverythingIsLeftAsItWas) {
     EXPECT_GT(fraction, 0.9) << "progress is told";
     EXPECT_EQ(bench.objects(), before);
     EXPECT_FALSE(is_enabled(bench.drive));
-    const Log log = log_of(recording);
+    const Log log = test::read_recorded(recording.log);
     EXPECT_NEAR(log.sample_rate_Hz, rate_Hz, 1e-6);
     EXPECT_EQ(recording.lost, 0U);
     ASSERT_NEAR(static_cast<double>(log.position_m.size()) / rate_Hz, kSeconds, 0.1);

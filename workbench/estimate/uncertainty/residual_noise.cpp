@@ -68,7 +68,6 @@ struct Segments {
   std::vector<Powers> left;       ///< of the residual
   std::vector<Powers> quantised;  ///< of the error by quantisation, the mean over its realisations
   std::vector<double> frequency_Hz;
-  std::array<std::size_t, std::size(kBands)> frequencies{};  ///< in each band
 };
 
 Segments segments_of(const Measurement& measurement, const LogPart& part, double row_rate_Hz,
@@ -77,14 +76,11 @@ Segments segments_of(const Measurement& measurement, const LogPart& part, double
   const auto powers_of = [&](const double* rows_N) {
     const Spectrum spectrum = power_spectrum({rows_N, kSegment}, row_rate_Hz, kSegment);
     segments.frequency_Hz = spectrum.frequency_Hz;
-    segments.frequencies.fill(0);
     Powers power{};
     for (std::size_t k = 0; k < spectrum.density.size(); ++k) {
       const double at = spectrum.frequency_Hz[k] / measurement.bandwidth_Hz();
       for (std::size_t b = 0; b < power.size(); ++b) {
-        if (at < kBands[b].from || at >= kBands[b].to) continue;
-        power[b] += spectrum.density[k];
-        ++segments.frequencies[b];
+        if (at >= kBands[b].from && at < kBands[b].to) power[b] += spectrum.density[k];
       }
     }
     return power;
@@ -112,10 +108,11 @@ struct BandPower {
 };
 
 /// Over the half of the segments with the weakest quantisation, if these are enough. In the others, the
-/// subtraction of quantisation would give the uncertain difference of two large numbers.
-BandPower power_where_least_quantised(const Segments& segments, std::size_t band) {
-  const double at_rank = quantile_over_mean(segments.frequencies[band], -kMedianOfNormal);
-  const double at_median = quantile_over_mean(segments.frequencies[band], 0.0);
+/// subtraction of quantisation would give the uncertain difference of two large numbers. `frequencies`: how
+/// many the band has, at least one.
+BandPower power_where_least_quantised(const Segments& segments, std::size_t band, std::size_t frequencies) {
+  const double at_rank = quantile_over_mean(frequencies, -kMedianOfNormal);
+  const double at_median = quantile_over_mean(frequencies, 0.0);
   std::vector<double> quantised;
   quantised.reserve(segments.left.size());
   for (const Powers& power : segments.quantised) quantised.push_back(power[band]);
@@ -136,6 +133,7 @@ BandPower power_where_least_quantised(const Segments& segments, std::size_t band
 struct BandNoise {
   Powers response{};
   Powers encoder{};
+  std::array<std::size_t, std::size(kBands)> frequencies{};
 };
 
 BandNoise band_noise(const Measurement& measurement, const LogPart& part, double row_rate_Hz,
@@ -147,6 +145,7 @@ BandNoise band_noise(const Measurement& measurement, const LogPart& part, double
     for (std::size_t b = 0; b < std::size(kBands); ++b) {
       if (at < kBands[b].from || at >= kBands[b].to) continue;
       const double own = power_response(measurement, f, row_rate_Hz);
+      ++noise.frequencies[b];
       noise.response[b] += own;
       noise.encoder[b] += own * std::pow(kTwoPi * f, 4) * quantisation * quantisation;
     }
@@ -170,8 +169,8 @@ NoiseBounds residual_noise(const Measurement& measurement, const LogPart& part,
   double least = std::numeric_limits<double>::infinity();
   double most = 0.0;
   for (std::size_t b = 0; b < std::size(kBands); ++b) {
-    if (noise.response[b] <= 0.0 || segments.frequencies[b] == 0) continue;
-    const BandPower power = power_where_least_quantised(segments, b);
+    if (noise.response[b] <= 0.0) continue;
+    const BandPower power = power_where_least_quantised(segments, b, noise.frequencies[b]);
     least = std::min(least, std::max(0.0, (power.least - noise.encoder[b]) / noise.response[b]));
     most = std::max(most, (power.most - noise.encoder[b]) / noise.response[b]);
   }

@@ -69,8 +69,8 @@ class LiveNode {
   /// Throws UsageError unless the controller is live.
   void start_recording();
   /// The recording as a log; where the stream had gaps too long for one, the longest part
-  /// between them in which the axis moves.
-  /// Throws UsageError where there is none, or one too short for any use.
+  /// between them in which the axis moves. Throws UsageError where there is none, or one too short for any
+  /// use.
   Recording stop_recording();
 
  private:
