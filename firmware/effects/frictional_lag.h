@@ -17,9 +17,9 @@ class FrictionalLag {
       .source = "frictional memory of the Leuven and GMS models [4]",
       .residual = "against velocity, one branch when speeding up and another when slowing down",
       .evidence =
-          "the friction falls from standstill to its level at speed over {stribeck_velocity}, by {weakening} "
-          "of that level, with a long tail by {weakening_with_tail} of it, and follows velocity late, by a "
-          "time of {lag}, over a distance of {lag_distance}",
+          "the friction falls from standstill to its level at speed over {stribeck_velocity}, by "
+          "{weakening_at_standstill} of that level, {weakening_with_tail} of the level with a long tail, and "
+          "follows velocity late, by a time of {lag}, over a distance of {lag_distance}",
       .cause = "the lubricant film needs time to form and to collapse",
       .confirm =
           "slow moves whose speed varies as a sine at several frequencies: the loop force-velocity opens "

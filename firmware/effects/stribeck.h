@@ -20,8 +20,8 @@ class Stribeck {
           "s(v) of the Leuven and GMS models [4]",
       .residual = "largest at low velocity, opposing motion, vanishing beyond a low velocity",
       .evidence =
-          "the friction falls from standstill to its level at speed over {stribeck_velocity}, by {weakening} "
-          "of that level, with a long tail by {weakening_with_tail} of it",
+          "the friction falls from standstill to its level at speed over {stribeck_velocity}, by "
+          "{weakening_at_standstill} of that level, {weakening_with_tail} of the level with a long tail",
       .cause =
           "a lubricant film that forms with speed: wipers, seals; slight in rolling guideways | a "
           "lubricant film that forms with speed: seals, gear teeth; slight in rolling bearings",

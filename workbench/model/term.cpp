@@ -2,6 +2,7 @@
 #include "workbench/model/term.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace slipstack::workbench {
 
@@ -75,6 +76,20 @@ double mass_kg(const Terms& terms, std::size_t log) {
   return mass;
 }
 
+std::vector<double> total_weights(const Term& term) {
+  if (term.gains.empty()) return {};
+  if (term.effect->has_role(Role::hysteresis))
+    return {term.shapes.begin(), term.shapes.begin() + term.effect->gain_count};
+  if (term.effect->has_shape(ShapeKind::fading_velocity)) return std::vector(term.gains_per_set(), 1.0);
+  return {};
+}
+
+double total_of_gains(const Term& term, std::size_t set) {
+  const std::vector<double> weights = total_weights(term);
+  const auto first = term.gains.begin() + static_cast<std::ptrdiff_t>(set * term.gains_per_set());
+  return std::inner_product(weights.begin(), weights.end(), first, 0.0);
+}
+
 double hysteresis_level_N(const Term& hysteresis) {
   double level_N = 0.0;
   for (std::size_t set = 0; set < hysteresis.gain_sets(); ++set)
@@ -83,10 +98,7 @@ double hysteresis_level_N(const Term& hysteresis) {
 }
 
 double hysteresis_level_N(const Term& hysteresis, std::size_t set) {
-  double level_N = 0.0;
-  for (std::size_t i = 0; i < hysteresis.gains_per_set() && !hysteresis.gains.empty(); ++i)
-    level_N += hysteresis.gains[set * hysteresis.gains_per_set() + i] * hysteresis.shapes[i];
-  return level_N;
+  return total_of_gains(hysteresis, set);
 }
 
 double mean_slip_m(const Term& hysteresis) {

@@ -24,8 +24,8 @@ struct Term {
   // with_standard_errors().
   std::vector<double> gain_standard_errors;
   std::vector<double> shape_standard_errors;
-  /// Of the level of a hysteresis, one for each set of gains [N].
-  std::vector<double> level_standard_errors;
+  /// Of the total of the gains (total_weights()), one for each set of them.
+  std::vector<double> total_standard_errors;
   double lag_standard_error_s = 0.0;  ///< of delay and filter together
 
   std::string id() const { return effect->id(); }
@@ -44,9 +44,9 @@ struct Term {
   double shape_standard_error(std::size_t shape) const {
     return shape < shape_standard_errors.size() ? shape_standard_errors[shape] : 0.0;
   }
-  double level_standard_error_N(std::size_t set) const {
+  double total_standard_error(std::size_t set) const {
     // Whoever sets gains by hand clears their errors.
-    return set < level_standard_errors.size() && !gain_standard_errors.empty() ? level_standard_errors[set]
+    return set < total_standard_errors.size() && !gain_standard_errors.empty() ? total_standard_errors[set]
                                                                                : 0.0;
   }
 };
@@ -76,6 +76,12 @@ std::vector<std::string> ids_of(const Terms& terms);
 bool is_mass(const Term& term);
 /// The mass of axis and payload in one of the logs.
 double mass_kg(const Terms& terms, std::size_t log = 0);
+/// The weight of each gain of a set in what they are together, which a log determines better than any of
+/// them: the slip distances of a hysteresis, whose total is its level [N]; ones for friction that fades with
+/// velocity, whose total is its share at standstill. Empty: the term has no such total.
+std::vector<double> total_weights(const Term& term);
+/// That total of one set of gains; the term must have one.
+double total_of_gains(const Term& term, std::size_t set);
 /// Level of a hysteresis: the sum of stiffness times slip distance of its elements [N]; of several logs with
 /// levels of their own their mean, or that of one set of gains.
 double hysteresis_level_N(const Term& hysteresis);

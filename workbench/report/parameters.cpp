@@ -65,7 +65,7 @@ json term_json(const Term& term) {
              {"formula", term.effect->text.formula},
              {"parameters", list}};
   for (std::size_t set = 0; elements && set < term.gain_sets(); ++set) {
-    const double error_N = term.level_standard_error_N(set);
+    const double error_N = term.total_standard_error(set);
     json level{{"level_N", number_json(hysteresis_level_N(term, set))},
                {"standard_error_N", error_N > 0.0 ? json(error_N) : json(nullptr)}};
     if (term.gain_sets() > 1) level["log"] = set + 1;
@@ -168,7 +168,7 @@ std::string values_text(const Terms& terms, const std::vector<std::string>& ids)
     if (term.effect->has_role(Role::hysteresis)) {
       for (std::size_t set = 0; set < term.gain_sets(); ++set) {
         values.push_back(name_of_level(term, set) + " " +
-                         with_interval(hysteresis_level_N(term, set), term.level_standard_error_N(set), "N"));
+                         with_interval(hysteresis_level_N(term, set), term.total_standard_error(set), "N"));
       }
       continue;
     }
@@ -194,7 +194,7 @@ std::string parameter_table(const Terms& terms) {
     if (elements) {
       for (std::size_t set = 0; set < term.gain_sets(); ++set) {
         const double level_N = hysteresis_level_N(term, set);
-        const double error_N = term.level_standard_error_N(set);
+        const double error_N = term.total_standard_error(set);
         text += fmt::format("{:<32} {:<24} {:>14} {:>14}\n", term.id(), name_of_level(term, set),
                             quantity(level_N, "N", digits_known(level_N, error_N)),
                             error_N > 0.0 ? quantity(error_N, "N") : "not determined");

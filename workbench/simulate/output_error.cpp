@@ -194,7 +194,7 @@ Terms OutputErrorFit::terms_with_standard_errors() const {
   for (Term& term : terms) {
     term.gain_standard_errors.assign(term.gains.size(), 0.0);
     term.shape_standard_errors.assign(term.shapes.size(), 0.0);
-    term.level_standard_errors.assign(term.gain_sets(), 0.0);
+    term.total_standard_errors.assign(term.gain_sets(), 0.0);
   }
   for (Eigen::Index p = 0; p < count; ++p) {
     const FreeParameter& parameter = parameters_[static_cast<std::size_t>(p)];
@@ -206,7 +206,7 @@ Terms OutputErrorFit::terms_with_standard_errors() const {
     if (!terms[parameter.term].effect->has_role(Role::hysteresis)) continue;
     const Term& start = start_[parameter.term];
     for (std::size_t set = 0; set < start.gain_sets(); ++set)
-      terms[parameter.term].level_standard_errors[set] = hysteresis_level_N(start, set) * error;
+      terms[parameter.term].total_standard_errors[set] = hysteresis_level_N(start, set) * error;
   }
   return terms;
 }

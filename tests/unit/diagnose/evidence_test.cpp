@@ -78,9 +78,26 @@ TEST(EvidenceOf, TellsEveryValueThatIsDetermined) {
     term.shape_standard_errors.assign(term.shapes.size(), 1e-9);
     term.gains.assign(term.gains.size(), 0.25);
     term.gain_standard_errors.assign(term.gains.size(), 1e-3);
+    term.total_standard_errors.assign(1, 1e-3);
     const std::string text = evidence_of(term, {term});
     EXPECT_EQ(count(text, " +- "), count(effect.text.evidence, "{")) << effect.id() << ": " << text;
   }
+}
+
+// One part of the friction that fades may stand for the other: their total is told, a part only where it is
+// no zero.
+TEST(EvidenceOf, TellsFrictionThatFadesByItsTotal) {
+  const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
+  Term stribeck = make_term(measurement, *find_effect("stribeck"));
+  stribeck.shapes = {0.012, 1.5};
+  stribeck.shape_standard_errors = {0.002, 0.2};
+  stribeck.gains = {0.3, 0.1};
+  stribeck.gain_standard_errors = {0.06, 0.06};
+  stribeck.total_standard_errors = {0.01};
+  EXPECT_TRUE(says(evidence_of(stribeck, {stribeck}), "by 40.0 +- 2.0 % of that level"));
+  EXPECT_FALSE(says(evidence_of(stribeck, {stribeck}), "tail"));
+  stribeck.gain_standard_errors = {0.04, 0.04};
+  EXPECT_TRUE(says(evidence_of(stribeck, {stribeck}), "by 40.0 +- 2.0 % of that level, 10.0 +- 8.0 % of"));
 }
 
 // Two gains that nearly cancel, b + e, are told as what they do to the friction each way.

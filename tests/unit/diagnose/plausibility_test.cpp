@@ -78,11 +78,15 @@ TEST(LagIsBristleDeflection, OverThePreSlidingTravelAndNotInTime) {
 
 TEST(LagIsImmediate, ShorterThanAnyMemoryThatWasMeasured) {
   const Measurement measurement(test::wandering_log(1, 2000.0, 6000));
-  EXPECT_TRUE(lag_is_immediate(with_lag(measurement, 0.7e-3, 100.0)));
-  EXPECT_FALSE(lag_is_immediate(with_lag(measurement, 1.4e-3, 100.0)));
-  EXPECT_TRUE(lag_is_immediate(with_lag(measurement, 100.0, 7e-6)));  // at the Stribeck velocity, 10 mm/s
-  EXPECT_FALSE(lag_is_immediate(with_lag(measurement, 100.0, 14e-6)));
-  EXPECT_TRUE(lag_is_immediate(with_lag(measurement, 1.4e-3, 14e-6)));  // the two together
+  EXPECT_TRUE(lag_is_immediate(measurement, with_lag(measurement, 0.7e-3, 100.0)));
+  EXPECT_FALSE(lag_is_immediate(measurement, with_lag(measurement, 1.4e-3, 100.0)));
+  EXPECT_TRUE(lag_is_immediate(measurement,
+                               with_lag(measurement, 100.0, 7e-6)));  // at the Stribeck velocity, 10 mm/s
+  EXPECT_FALSE(lag_is_immediate(measurement, with_lag(measurement, 100.0, 14e-6)));
+  EXPECT_TRUE(lag_is_immediate(measurement, with_lag(measurement, 1.4e-3, 14e-6)));  // the two together
+  const Measurement slow(test::wandering_log(1, 200.0, 6000));  // within a sample, which is 5 ms
+  EXPECT_TRUE(lag_is_immediate(slow, with_lag(slow, 5.0e-3, 100.0)));
+  EXPECT_FALSE(lag_is_immediate(slow, with_lag(slow, 5.1e-3, 100.0)));
 }
 
 /// A hysteresis whose level follows a map over the position, with `count` neighbouring splines at their

@@ -191,6 +191,10 @@ TEST(Catalogue, EvidenceNamesParametersOfItsOwn) {
                     [](const ShapeSpec& spec) { return spec.kind == ShapeKind::travel; })) {
       own.insert("force_in_middle");  // of the travel (evidence.cpp)
     }
+    if (std::any_of(E::shapes.begin(), E::shapes.end(),
+                    [](const ShapeSpec& spec) { return spec.kind == ShapeKind::fading_velocity; })) {
+      own.insert("weakening_at_standstill");  // all gains together (evidence.cpp)
+    }
     for (const std::string& name : placeholders(E::text.evidence)) {
       EXPECT_TRUE(own.contains(name)) << E::text.id << ": {" << name << "}";
     }

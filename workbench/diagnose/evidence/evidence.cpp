@@ -162,6 +162,9 @@ std::string lighter_text(const Term& added_mass) {
 /// Placeholder of the force of an effect over the position in the middle of the travel that was visited.
 constexpr std::string_view kForceInMiddle = "force_in_middle";
 
+/// Placeholder of what friction that fades with velocity is at standstill, by all of its gains together.
+constexpr std::string_view kAtStandstill = "weakening_at_standstill";
+
 /// What a sentence may tell beside shapes and single gains.
 struct Derived {
   std::vector<Term> without;  ///< the term as fitted without each block; empty: no intervals
@@ -187,6 +190,22 @@ constexpr std::array<EachWayName, 6> kEachWay{
      {"with_constant_forward", &FrictionEachWay::with_constant_forward_N, "N"},
      {"with_constant_backward", &FrictionEachWay::with_constant_backward_N, "N"}}};
 
+/// A value of each set of gains, " / " between them where each log has its own.
+template <class OfSet>
+std::string of_each_log(const Term& term, OfSet&& of_set) {
+  std::string values;
+  for (std::size_t set = 0; set < term.gain_sets(); ++set) values += (set == 0 ? "" : " / ") + of_set(set);
+  return values;
+}
+
+/// The total of the gains (total_weights()), in their unit.
+std::string totals_of(const Term& term) {
+  return of_each_log(term, [&](std::size_t set) {
+    return with_interval({total_of_gains(term, set), term.total_standard_error(set)},
+                         term.effect->gain_groups.front().unit);
+  });
+}
+
 /// The value of the placeholder `name` with its interval: a shape, a single gain, the amplitude of a group of
 /// gains (of a map its largest absolute value), or the friction of the model each way.
 std::string value_of(const Term& term, const Derived& derived, std::string_view name) {
@@ -197,6 +216,7 @@ std::string value_of(const Term& term, const Derived& derived, std::string_view 
   }
   if (name == kDelayAndLowPass)
     return with_interval({measurement_dynamics_of({term}).total_s(), term.lag_standard_error_s}, "s");
+  if (name == kAtStandstill) return totals_of(term);
   if (name == kForceInMiddle) return with_interval(derived.in_middle, "N");
   for (std::size_t i = 0; i < term.effect->shapes.size(); ++i) {
     if (name == term.effect->shapes[i].name) return shape_with_interval(term, i);
@@ -208,13 +228,16 @@ std::string value_of(const Term& term, const Derived& derived, std::string_view 
       first += count;
       continue;
     }
-    if (count == 1) {  // of each log, where each has its own gains
-      std::string values;
-      for (std::size_t g = first; g < term.gains.size(); g += term.gains_per_set()) {
-        values += (values.empty() ? "" : " / ") +
-                  with_interval({term.gains[g], term.gain_standard_error(g)}, group.unit);
-      }
-      return values;
+    if (count == 1) {
+      const bool has_total = !total_weights(term).empty();
+      return of_each_log(term, [&](std::size_t set) {
+        const std::size_t g = set * term.gains_per_set() + first;
+        // Of gains that stand for each other the total is told.
+        return with_interval({term.gains[g], term.gain_standard_error(g)}, group.unit) +
+               std::string(has_total && contains_zero(term.gains[g], term.gain_standard_error(g))
+                               ? kNotDetermined
+                               : "");
+      });
     }
     return with_interval(term.effect->has_shape(ShapeKind::travel)
                              ? largest_of_map(term, derived.without)

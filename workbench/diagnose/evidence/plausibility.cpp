@@ -24,6 +24,9 @@ namespace slipstack::workbench {
 namespace {
 
 /// Whether a term of `model` that the baseline does not have changes the dry friction by an implausible
+/// What rounding changes of a bound: that of a gain whose sum with another is bounded, and of a time.
+constexpr double kRounding = 1e-9;
+
 /// factor at any row: at samples that no row uses, the first and the last, the acceleration is not known.
 bool changes_friction_too_much(const Measurement& measurement, const FittedModel& baseline,
                                const FittedModel& model) {
@@ -188,8 +191,6 @@ bool gain_ended_at_bound(const Terms& model, const Term& term, std::size_t gain)
       gain % term.gains_per_set() != static_cast<std::size_t>(part.gain)) {
     return false;
   }
-  // Sum and difference of the two are bounded, and rounded when they are taken apart.
-  constexpr double kRounding = 1e-9;
   const double bound = whole->gains[gain / term.gains_per_set() * whole->gains_per_set()];
   return std::abs(value) >= (1.0 - kRounding) * std::abs(bound);
 }
@@ -287,12 +288,13 @@ bool lag_is_bristle_deflection(const FittedModel& model) {
   return distance_m <= presliding_travel_m(*hysteresis) && distance_m <= time_s * velocity_mps;
 }
 
-bool lag_is_immediate(const FittedModel& model) {
+bool lag_is_immediate(const Measurement& measurement, const FittedModel& model) {
   const Term* lag = find_role(model.terms, Role::friction_memory);
   if (lag == nullptr) return false;
   const double velocity_mps = lag->shapes[0];
   const double per_s = 1.0 / lag->shapes[2] + velocity_mps / lag->shapes[3];
-  return per_s * lag->effect->traits.plausible.least_memory_s > 1.0;
+  return per_s * lag->effect->traits.plausible.least_memory_s > 1.0 ||
+         per_s * measurement.tick_s() >= 1.0 - kRounding;
 }
 
 bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& model) {
@@ -331,8 +333,8 @@ bool has_implausible_lag(const Measurement& measurement, const FittedModel& base
                          const FittedModel& model) {
   return any_new(model, baseline, [&](const Term& term, std::size_t) {
     return term.effect->has_role(Role::friction_memory) &&
-           (ends_at_a_bound(model, term) || lag_is_bristle_deflection(model) || lag_is_immediate(model) ||
-            lag_is_change_over_time(measurement, model));
+           (ends_at_a_bound(model, term) || lag_is_bristle_deflection(model) ||
+            lag_is_immediate(measurement, model) || lag_is_change_over_time(measurement, model));
   });
 }
 

@@ -36,8 +36,9 @@ bool gain_ended_at_bound(const Terms& model, const Term& term, std::size_t gain)
 bool lag_is_bristle_deflection(const FittedModel& model);
 
 /// Whether the model's frictional lag lasts shorter, at the Stribeck velocity, than any memory of the
-/// velocity that was measured: then friction follows the velocity at once, which is Stribeck friction.
-bool lag_is_immediate(const FittedModel& model);
+/// velocity that was measured, or no longer than a sample, which is the end of its search: then friction
+/// follows the velocity at once, as far as the log shows, which is Stribeck friction.
+bool lag_is_immediate(const Measurement& measurement, const FittedModel& model);
 
 /// Whether the model's frictional lag lasts longer than any memory of the velocity that was measured, and
 /// over more than the travel of the log: what it follows is time.

@@ -207,7 +207,7 @@ Terms averaged_over_logs(const Measurement& measurement, Terms terms) {
     mean(term.lower, false);
     mean(term.upper, false);
     mean(term.gain_standard_errors, true);
-    term.level_standard_errors.clear();
+    term.total_standard_errors.clear();
   }
   return terms;
 }

@@ -55,19 +55,19 @@ Eigen::VectorXd change_by_bounds(const Measurement& measurement, const FittedMod
          equations.fit(tangent.constraints, solution.bound_states).value;
 }
 
-/// What is told of sums of unknowns, one in each column: the level of each hysteresis and set of gains, then
-/// the lag of the force, by delay and filter together, if the model has one.
+/// What is told of sums of unknowns, one in each column: the totals of the gains of each term and set of
+/// gains, then the lag of the force, by delay and filter together, if the model has one.
 Eigen::MatrixXd sums_of(const Terms& terms, const Tangent& tangent) {
   const Eigen::Index unknowns = tangent.columns.cols();
   std::vector<Eigen::VectorXd> sums;
   Eigen::Index next = 0;
   for (const Term& term : terms) {
     const auto count = static_cast<Eigen::Index>(term.gains_per_set());
+    const std::vector<double> weights = total_weights(term);
     for (std::size_t set = 0; !term.gains.empty() && set < term.gain_sets(); ++set, next += count) {
-      if (!term.effect->has_role(Role::hysteresis)) continue;
+      if (weights.empty()) continue;
       sums.emplace_back(Eigen::VectorXd::Zero(unknowns));
-      for (Eigen::Index i = 0; i < count; ++i)
-        sums.back()(next + i) = term.shapes[static_cast<std::size_t>(i)];
+      sums.back().segment(next, count) = Eigen::Map<const Eigen::VectorXd>(weights.data(), count);
     }
   }
   if (has_role(terms, Role::measurement_delay)) {
@@ -89,13 +89,13 @@ void take_errors(const Eigen::VectorXd& errors, const Tangent& tangent, Terms& t
     term.gain_standard_errors.assign(next, next + term.gains.size());
     next += term.gains.size();
     term.shape_standard_errors.assign(term.shapes.size(), 0.0);
-    term.level_standard_errors.clear();
+    term.total_standard_errors.clear();
   }
   for (const FreeShape& shape : tangent.shapes)
     terms[shape.term].shape_standard_errors[shape.shape] = *next++;
   for (Term& term : terms) {
-    if (!term.effect->has_role(Role::hysteresis)) continue;
-    term.level_standard_errors.assign(next, next + term.gain_sets());
+    if (total_weights(term).empty()) continue;
+    term.total_standard_errors.assign(next, next + term.gain_sets());
     next += term.gain_sets();
   }
   for (Term& term : terms) {
