@@ -166,7 +166,7 @@ TEST(IsTooSmall, AnEffectThatGrowsWithAForceOfWhichItIsAPerMille) {
   EXPECT_FALSE(is_too_small(measurement, baseline, baseline.terms, viscous, 0.009));
 }
 
-TEST(IsTooSmall, AModeThatSmoothsTheStepsOfTheEncoder) {
+TEST(IsTooSmall, AModeThatSmoothsTheRoundingOfTheEncoder) {
   Log log = test::wandering_log(1, 2000.0, 6000);
   log.encoder_resolution_m = 5e-6;
   const Measurement measurement(log);
@@ -177,17 +177,22 @@ TEST(IsTooSmall, AModeThatSmoothsTheStepsOfTheEncoder) {
   mode.shapes = {2.0, 0.02};  // so low that the rounding of the motion is no question
   mode.gains = {axis_kg / 3.0, 0.0, -axis_kg / 3.0};
   const Terms after{inertia, mode};
-  const LogPart& part = measurement.parts().front();
-  const double steps_N2 = squared(axis_kg * measurement.acceleration_noise_mps2(part));
+  const Terms before{inertia};
   ASSERT_EQ(measurement.parts().size(), 1u);
-  ASSERT_GT(steps_N2, 0.0);
-  EXPECT_NEAR(smoothed_steps_N2(measurement, after), 5.0 / 9.0 * steps_N2, 1e-9 * steps_N2);
+  // Where the axis moves over many steps in each sample its rounding is white (Bennett 1948).
+  const double white_N2 = squared(axis_kg * measurement.acceleration_noise_mps2(measurement.parts().front()));
+  const double smoothed_N2 = smoothed_rounding_N2(measurement, before, after);
+  EXPECT_GT(smoothed_N2, 0.5 * 5.0 / 9.0 * white_N2);
+  EXPECT_LT(smoothed_N2, 2.0 * 5.0 / 9.0 * white_N2);
+  EXPECT_EQ(smoothed_rounding_N2(measurement, after, before), 0.0);  // no mode that smooths
   FittedModel baseline;
   baseline.terms = {inertia};
-  EXPECT_TRUE(is_too_small(measurement, baseline, baseline.terms, after, 1.9 * 5.0 / 9.0 * steps_N2));
-  EXPECT_FALSE(is_too_small(measurement, baseline, baseline.terms, after, 2.1 * 5.0 / 9.0 * steps_N2));
+  EXPECT_TRUE(is_too_small(measurement, baseline, before, after, 3.9 * smoothed_N2));
+  EXPECT_FALSE(is_too_small(measurement, baseline, before, after, 4.1 * smoothed_N2));
   // Beside a mode that is known it is no question.
-  EXPECT_FALSE(is_too_small(measurement, baseline, after, after, 0.1 * steps_N2));
+  EXPECT_FALSE(is_too_small(measurement, baseline, after, after, 0.1 * smoothed_N2));
+  log.encoder_resolution_m = 0.0;
+  EXPECT_EQ(smoothed_rounding_N2(Measurement(log), before, after), 0.0);
 }
 
 /// Moves at irregular intervals, which excite a mode anew, each with a phase of its own.
@@ -273,6 +278,32 @@ TEST(HasImplausibleMode, ThatMovesTheAxisByNoMoreThanTheEncoderRounds) {
   };
   EXPECT_TRUE(is_none(0.9));
   EXPECT_FALSE(is_none(1.1));
+}
+
+// A heavy arm on an axis whose encoder is so coarse that what swings moves it by less than it rounds.
+TEST(HasImplausibleMode, WithinTheRoundingUnlessAPayloadShowsItsMass) {
+  constexpr double kStep_m = 1e-3;
+  Log log = test::log_of(2000.0, 12'000, moved_m, [](double) { return 0.0; });
+  const Measurement exact(log);
+  for (double& x : log.position_m) x = std::round(x / kStep_m) * kStep_m;
+  log.encoder_resolution_m = kStep_m;
+  Terms arm = with_arm(exact, 0.5).terms;
+  arm.back().shapes = {18.0, 0.02};
+  arm.front().lower = arm.front().upper = arm.front().gains;  // a declared mass
+  Terms payload{arm.front(), make_term(exact, *find_effect("payload_mass"))};
+  payload.back().gains.front() = arm.back().gains.front();
+  const auto is_none = [&](const Terms& truth) {
+    log.force_N = evaluate_force(exact, truth).force_N;
+    const Measurement measurement(log, {.bandwidth_Hz = 20.0});
+    const FittedModel baseline = fit_gains(measurement, {arm.front()});
+    const FittedModel model = fit_gains(measurement, arm);
+    EXPECT_GT(baseline.holdout_rmse_N, 2.0 * model.holdout_rmse_N);
+    EXPECT_LT(model.holdout_rmse_N, fit_gains(measurement, payload).holdout_rmse_N);
+    return has_implausible_mode(measurement, baseline, model);
+  };
+  EXPECT_FALSE(is_none(arm));
+  // A payload of the same mass, which a mode explains as well, and some of the rounding.
+  EXPECT_TRUE(is_none(payload));
 }
 
 TEST(IsTooSmall, AnEffectBesideHysteresisThatIsHalfAPerCentOfItsLevelUnlessItRepeats) {

@@ -18,15 +18,16 @@
 #include "workbench/estimate/nonlinear/fit_gains.h"
 #include "workbench/estimate/terms/search_ranges.h"
 #include "workbench/estimate/terms/terms.h"
+#include "workbench/estimate/uncertainty/encoder_realisations.h"
 #include "workbench/model/effect_adapters/firmware_effects.h"
 
 namespace slipstack::workbench {
 namespace {
 
-/// Whether a term of `model` that the baseline does not have changes the dry friction by an implausible
 /// What rounding changes of a bound: that of a gain whose sum with another is bounded, and of a time.
 constexpr double kRounding = 1e-9;
 
+/// Whether a term of `model` that the baseline does not have changes the dry friction by an implausible
 /// factor at any row: at samples that no row uses, the first and the last, the acceleration is not known.
 bool changes_friction_too_much(const Measurement& measurement, const FittedModel& baseline,
                                const FittedModel& model) {
@@ -82,16 +83,26 @@ bool is_mode_beyond_band(const Measurement& measurement, const Term& term) {
   return frequency != nullptr && is_at_bound(*frequency, term.shapes[frequency->index]);
 }
 
-/// Whether the mode is above the band and explains most of what a payload in its place leaves beyond the
-/// floor. Far below its frequency a mode is a payload: then the log sees that it swings, though not at which
-/// frequency.
-bool swings_unlike_payload(const Measurement& measurement, const FittedModel& model, const Term& mode) {
-  if (mode.shape(ShapeKind::frequency).value() < measurement.bandwidth_Hz()) return false;
+/// The model with a payload in the place of its mode. Far below its frequency a mode is a payload.
+FittedModel with_payload_for(const Measurement& measurement, const FittedModel& model, const Term& mode) {
   Terms rigid = without(model.terms, mode.id());
   if (!mass_is_free(rigid) && !has_role(rigid, Role::added_mass))
     rigid.push_back(make_term(measurement, effect_with_role(Role::added_mass)));
-  const FittedModel other = fit_gains(measurement, std::move(rigid), &model);
-  return explains_most(other.holdout_rmse_N, model.holdout_rmse_N, measurement.noise_floor_N());
+  return fit_gains(measurement, std::move(rigid), &model);
+}
+
+/// Whether the mode is above the band and explains most of what a payload in its place leaves beyond the
+/// floor: then the log sees that it swings, though not at which frequency.
+bool swings_unlike_payload(const Measurement& measurement, const FittedModel& model, const Term& mode) {
+  if (mode.shape(ShapeKind::frequency).value() < measurement.bandwidth_Hz()) return false;
+  const FittedModel rigid = with_payload_for(measurement, model, mode);
+  return explains_most(rigid.holdout_rmse_N, model.holdout_rmse_N, measurement.noise_floor_N());
+}
+
+/// Whether most of what a mode explains beside `before`, as a force (rms), is rounding that it smooths.
+bool smooths_rounding(const Measurement& measurement, const Terms& before, const Terms& after,
+                      double step_N2) {
+  return smoothed_rounding_N2(measurement, before, after) > squared(kMajority) * step_N2;
 }
 
 /// Whether the term is a mode of which the log does not see that it decays, so that it is any line.
@@ -119,11 +130,21 @@ bool is_line_in_time(const Measurement& measurement, const FittedModel& model, s
   return squared(1.0 - line_at_rows(measurement, force_N).error_reduction) < kMajority;
 }
 
-/// Whether what swings in the mode moves the axis by no more than the encoder rounds.
-bool is_within_rounding(const Measurement& measurement, const FittedModel& model, std::size_t index) {
-  if (model.linearisation == nullptr || !model.terms[index].effect->has_role(Role::resonance)) return false;
-  return swings_N(measurement, model, index).squaredNorm() <=
-         rounded_motion_N2(measurement, model.terms) * static_cast<double>(measurement.row_count());
+/// Whether what swings in the mode moves the axis by no more than the encoder rounds. Not so where a payload
+/// in its place explains most of what the mode does, which no rounding and no controller imitate, and the
+/// mode more than the rounding beside.
+bool is_within_rounding(const Measurement& measurement, const FittedModel& baseline, const FittedModel& model,
+                        std::size_t index) {
+  const Term& mode = model.terms[index];
+  if (model.linearisation == nullptr || !mode.effect->has_role(Role::resonance)) return false;
+  if (swings_N(measurement, model, index).squaredNorm() >
+      rounded_motion_N2(measurement, model.terms) * static_cast<double>(measurement.row_count())) {
+    return false;
+  }
+  const FittedModel rigid = with_payload_for(measurement, model, mode);
+  return !explains_most(baseline.holdout_rmse_N, rigid.holdout_rmse_N, model.holdout_rmse_N) ||
+         smooths_rounding(measurement, rigid.terms, model.terms,
+                          explained_N2(rigid.holdout_rmse_N, model.holdout_rmse_N));
 }
 
 /// The measured force (rms) that a model was fitted to; 0 where it leaves nothing.
@@ -142,17 +163,11 @@ bool has_negative_mass(const FittedModel& model, const FittedModel& baseline) {
   return false;
 }
 
-/// The mass that follows the axis far above the frequency of a mode, and that which does far below.
-struct MassesBesideMode {
-  double above_kg = 0.0;
-  double whole_kg = 0.0;
-};
-
-MassesBesideMode masses_beside_mode(const Terms& model, const Term& mode, std::size_t log) {
+/// The mass that follows the axis far below the frequency of a mode.
+double mass_below_mode_kg(const Terms& model, const Term& mode, std::size_t log) {
   const std::size_t set = mode.gain_sets() > 1 ? log * mode.gains_per_set() : 0;
   const auto rigid_gain = static_cast<std::size_t>(mode.effect->traits.axis_mass_gain);
-  const double above_kg = mass_kg(model, log) + mode.gains[set + rigid_gain];
-  return {above_kg, above_kg + mode.gains[set]};
+  return mass_kg(model, log) + mode.gains[set + rigid_gain] + mode.gains[set];
 }
 
 /// The mean of `of_part` over the parts, by the weights of their rows.
@@ -203,14 +218,10 @@ double least_named_N(const EffectDescription& effect, double measured_N, const T
   return std::max(instruments_N, kFormLeaves * hysteresis_level_N(*hysteresis));
 }
 
-double smoothed_steps_N2(const Measurement& measurement, const Terms& model) {
-  const Term* const mode = find_role(model, Role::resonance);
-  if (mode == nullptr) return 0.0;
-  return mean_over_parts(measurement, [&](const LogPart& part) {
-    const auto [above_kg, whole_kg] = masses_beside_mode(model, *mode, part.log);
-    return std::max(0.0, squared(whole_kg) - squared(above_kg)) *
-           squared(measurement.acceleration_noise_mps2(part));
-  });
+double smoothed_rounding_N2(const Measurement& measurement, const Terms& before, const Terms& after) {
+  if (!has_role(after, Role::resonance)) return 0.0;
+  const std::vector<double> rounding_N2 = rounding_through_masses_N2(measurement, {&before, &after});
+  return std::max(0.0, rounding_N2[0] - rounding_N2[1]);
 }
 
 double rounded_motion_N2(const Measurement& measurement, const Terms& model) {
@@ -220,15 +231,16 @@ double rounded_motion_N2(const Measurement& measurement, const Terms& model) {
   const double rounding_mps2 =
       squared(omega_per_s) * measurement.encoder_resolution_m() * std::numbers::inv_sqrt3 / 2.0;
   return mean_over_parts(measurement, [&](const LogPart& part) {
-    return squared(masses_beside_mode(model, *mode, part.log).whole_kg * rounding_mps2);
+    return squared(mass_below_mode_kg(model, *mode, part.log) * rounding_mps2);
   });
 }
 
 bool within_instruments(const Measurement& measurement, const FittedModel& baseline, const Terms& before,
                         const Terms& after, double step_N2) {
-  if (!has_role(before, Role::resonance) && (smoothed_steps_N2(measurement, after) > kMajority * step_N2 ||
-                                             rounded_motion_N2(measurement, after) > step_N2)) {
-    return true;
+  if (!has_role(before, Role::resonance) && has_role(after, Role::resonance)) {
+    const bool mass_is_shown = has_role(before, Role::added_mass);
+    if (!mass_is_shown && rounded_motion_N2(measurement, after) > step_N2) return true;
+    if (smooths_rounding(measurement, before, after, step_N2)) return true;
   }
   const double tick_s = measurement.tick_s();
   const double force_N = measured_N(baseline);
@@ -318,7 +330,8 @@ bool has_implausible_mode(const Measurement& measurement, const FittedModel& bas
          any_new(model, baseline, [&](const Term& term, std::size_t index) {
            return (is_mode_beyond_band(measurement, term) &&
                    (delayed || !swings_unlike_payload(measurement, model, term))) ||
-                  is_mode_without_decay(measurement, term) || is_within_rounding(measurement, model, index) ||
+                  is_mode_without_decay(measurement, term) ||
+                  is_within_rounding(measurement, baseline, model, index) ||
                   is_line_in_time(measurement, model, index);
          });
 }

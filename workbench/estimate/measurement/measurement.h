@@ -224,6 +224,10 @@ class Measurement {
   /// The same measurement with another displacement that is consistent with the encoder's resolution. The
   /// difference of the hysteresis forces is the error by quantisation where the axis is slow.
   Measurement with_realisation(const EncoderRealisation& other) const;
+  /// What rounding makes of the smooth motion: the error of an encoder of equal resolution, with its grid
+  /// shifted by a share of a step, that reads the smooth motion [m]; at every sample, zero in a log without a
+  /// resolution.
+  std::vector<double> rounding_m(double shift_steps) const;
   /// The same rows of a log with this smooth motion and this force, one value for each sample.
   Measurement with_motion(std::vector<double> position_m, std::vector<double> force_N) const;
 

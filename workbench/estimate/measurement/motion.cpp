@@ -32,6 +32,15 @@ std::vector<TurningPoint> turning_points_of(const std::vector<double>& displacem
   return found;
 }
 
+/// Positions as an encoder reads them whose grid is shifted by a share of a step.
+std::vector<double> quantised(std::span<const double> position_m, double step_m, double shift_steps) {
+  std::vector<double> reading_m(position_m.size());
+  std::transform(position_m.begin(), position_m.end(), reading_m.begin(), [&](double x) {
+    return (std::floor(x / step_m + shift_steps) + 0.5 - shift_steps) * step_m;
+  });
+  return reading_m;
+}
+
 }  // namespace
 
 void Measurement::estimate_motion() {
@@ -77,22 +86,35 @@ Measurement Measurement::with_realisation(const EncoderRealisation& other) const
   Measurement copy = *this;
   UnobservedMotion unobserved = other.unobserved;
   unobserved.longest_known = kFollowed * sample_rate_Hz() / bandwidth_Hz_;
-  std::vector<double> reading_m;
   for (const LogPart& part : parts_) {
     const double step_m = part.encoder_resolution_m;
     if (step_m <= 0.0) continue;
-    const auto first = static_cast<std::ptrdiff_t>(part.first_sample);
-    reading_m.resize(part.sample_count);
-    std::transform(displacement_m_.begin() + first,
-                   displacement_m_.begin() + static_cast<std::ptrdiff_t>(part.end_sample()),
-                   reading_m.begin(), [&](double x) {
-                     return (std::floor(x / step_m + other.shift_steps) + 0.5 - other.shift_steps) * step_m;
-                   });
-    const std::vector<double> displacement_m = interpolate_between_steps(reading_m, step_m, unobserved);
-    std::copy(displacement_m.begin(), displacement_m.end(), copy.displacement_m_.begin() + first);
+    const std::span<const double> own_m =
+        std::span(displacement_m_).subspan(part.first_sample, part.sample_count);
+    const std::vector<double> displacement_m =
+        interpolate_between_steps(quantised(own_m, step_m, other.shift_steps), step_m, unobserved);
+    std::copy(displacement_m.begin(), displacement_m.end(),
+              copy.displacement_m_.begin() + static_cast<std::ptrdiff_t>(part.first_sample));
   }
   copy.turning_points_ = turning_points_of(copy.displacement_m_, parts_, other.beyond_corners);
   return copy;
+}
+
+std::vector<double> Measurement::rounding_m(double shift_steps) const {
+  const std::vector<double> taps = motion_taps(bandwidth_Hz_, sample_rate_Hz());
+  std::vector<double> rounding_m(sample_count(), 0.0);
+  for (const LogPart& part : parts_) {
+    const double step_m = part.encoder_resolution_m;
+    if (step_m <= 0.0) continue;
+    const std::span<const double> own_m =
+        std::span(motion_->position_m).subspan(part.first_sample, part.sample_count);
+    std::vector<double> error_m = interpolate_between_steps(quantised(own_m, step_m, shift_steps), step_m);
+    for (std::size_t i = 0; i < error_m.size(); ++i) error_m[i] -= own_m[i];
+    error_m = filter_all(error_m, taps);
+    std::copy(error_m.begin(), error_m.end(),
+              rounding_m.begin() + static_cast<std::ptrdiff_t>(part.first_sample));
+  }
+  return rounding_m;
 }
 
 Measurement Measurement::with_motion(std::vector<double> position_m, std::vector<double> force_N) const {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <utility>
 
 #include "workbench/base/parallel.h"
 #include "workbench/estimate/linear/force_trace.h"
@@ -56,6 +57,32 @@ std::vector<ForceChanges> changes_by_quantisation_N(const Measurement& measureme
     }
   });
   return changes_N;
+}
+
+std::vector<double> rounding_through_masses_N2(const Measurement& measurement,
+                                               const std::vector<const Terms*>& models) {
+  std::vector<Terms> masses;
+  masses.reserve(models.size());
+  for (const Terms* terms : models) {
+    masses.push_back(*terms);
+    std::erase_if(masses.back(), [](const Term& term) {
+      return !term.effect->has_role(Role::inertia) && !term.effect->has_role(Role::added_mass) &&
+             !term.effect->has_role(Role::resonance);
+    });
+  }
+  std::vector<double> mean_N2(models.size(), 0.0);
+  if (!(measurement.encoder_resolution_m() > 0.0)) return mean_N2;
+  constexpr std::array kShifts{kGoldenPart, 1.0 - kGoldenPart};
+  const double rows = static_cast<double>(measurement.row_count());
+  for (const double shift_steps : kShifts) {
+    const Measurement rounding = measurement.with_motion(
+        measurement.rounding_m(shift_steps), std::vector<double>(measurement.sample_count(), 0.0));
+    for (std::size_t m = 0; m < masses.size(); ++m) {
+      const std::vector<double> force_N = evaluate_force(rounding, masses[m]).force_N;
+      mean_N2[m] += measurement.filtered(force_N).squaredNorm() / (rows * kShifts.size());
+    }
+  }
+  return mean_N2;
 }
 
 }  // namespace slipstack::workbench

@@ -21,4 +21,12 @@ std::vector<ForceChanges> changes_by_quantisation_N(const Measurement& measureme
                                                     const std::vector<const Terms*>& models,
                                                     std::size_t at_once);
 
+/// The mean square, at the rows, of the force that the masses of each model (inertia, payload, mode) give on
+/// what rounding makes of the motion [N^2]; zero without a resolution. This is what the rounding adds to the
+/// mean square error of the model: a mass that does not follow at some frequencies lowers it there, whatever
+/// the axis does. Cost: two realisations x (samples x the filter of the motion + the evaluation of the
+/// masses).
+std::vector<double> rounding_through_masses_N2(const Measurement& measurement,
+                                               const std::vector<const Terms*>& models);
+
 }  // namespace slipstack::workbench
