@@ -100,13 +100,13 @@ bool insufficient(const Diagnosis& diagnosis) {
 }
 
 /// Whether the named effects, fitted to the first two thirds of the log, leave more of the last one than the
-/// baseline does: what they claim does not hold there. Where the baseline is near the floor there,
-/// nothing follows; nor where one model of all thirds is at the floor: it holds there too, and the first two
-/// do not determine it (a pitch, by which the axis goes on).
+/// baseline does, by a share that is worth a name: what they claim does not hold there. Where the baseline is
+/// near the floor there, nothing follows; nor where one model of all thirds is at the floor: it holds there
+/// too, and the first two do not determine it (a pitch, by which the axis goes on).
 bool does_not_hold_later(const Measurement& measurement, const Diagnosis& diagnosis) {
   const double without_N = diagnosis.baseline.forward_rmse_N;
   return diagnosis.steps.size() > 1 && above_floor(measurement, diagnosis) &&
-         diagnosis.explained.forward_rmse_N > without_N &&
+         is_worth_a_name(diagnosis.explained.forward_rmse_N, without_N) &&
          without_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
 }
 
