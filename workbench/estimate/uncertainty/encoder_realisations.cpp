@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstddef>
-#include <utility>
 
 #include "workbench/base/parallel.h"
 #include "workbench/estimate/linear/force_trace.h"
@@ -65,10 +64,8 @@ std::vector<double> rounding_through_masses_N2(const Measurement& measurement,
   masses.reserve(models.size());
   for (const Terms* terms : models) {
     masses.push_back(*terms);
-    std::erase_if(masses.back(), [](const Term& term) {
-      return !term.effect->has_role(Role::inertia) && !term.effect->has_role(Role::added_mass) &&
-             !term.effect->has_role(Role::resonance);
-    });
+    std::erase_if(masses.back(),
+                  [](const Term& term) { return !is_mass(term) && !term.effect->has_role(Role::resonance); });
   }
   std::vector<double> mean_N2(models.size(), 0.0);
   if (!(measurement.encoder_resolution_m() > 0.0)) return mean_N2;
