@@ -4,9 +4,11 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -103,6 +105,13 @@ void parallel_for(std::size_t count, std::size_t most_threads, Body&& body) {
 template <class Body>
 void parallel_for(std::size_t count, Body&& body) {
   parallel_for(count, 0, std::forward<Body>(body));
+}
+
+/// Calls each of `works` once, on all usable processors. None may need what another does.
+template <class... Work>
+void run_together(Work&&... works) {
+  const std::array<std::function<void()>, sizeof...(works)> all{std::ref(works)...};
+  parallel_for(all.size(), [&](std::size_t i) { all[i](); });
 }
 
 }  // namespace slipstack::workbench

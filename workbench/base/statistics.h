@@ -13,6 +13,19 @@ inline double squared(double x) {
   return x * x;
 }
 
+/// Smallest and largest of some values.
+struct ValueRange {
+  double low = 0.0;
+  double high = 0.0;
+  double length() const { return high - low; }
+};
+
+/// `values` must not be empty. O(n).
+inline ValueRange value_range(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return {*low, *high};
+}
+
 /// Root of the mean square; `values` must not be empty. O(n).
 inline double rms(const std::vector<double>& values) {
   double sum = 0.0;

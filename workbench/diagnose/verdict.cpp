@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "workbench/base/parallel.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/statistics.h"
 #include "workbench/diagnose/alternatives/bursts.h"
@@ -57,21 +58,37 @@ std::optional<Structure> above_bandwidth(const Measurement& measurement, const D
   return found;
 }
 
-/// The structure to report of what is `left`: the strongest, or what is above the bandwidth of the rows if
-/// that explains more; else impacts or a burst, even where the residual at the rows hardly shows them. At the
+/// What is seen in the residual of the explanation and in the readings, whatever the verdict.
+struct Observations {
+  std::vector<Structure> left;     ///< structure_left()
+  std::optional<Structure> above;  ///< above_bandwidth()
+  std::optional<Structure> lost;   ///< lost_counts()
+  std::vector<InputWarning> input_warnings;
+};
+
+Observations observe(const Measurement& measurement, const Diagnosis& diagnosis) {
+  Observations seen;
+  run_together([&] { seen.left = structure_left(measurement, diagnosis); },
+               [&] { seen.above = above_bandwidth(measurement, diagnosis); },
+               [&] { seen.input_warnings = input_warnings(measurement); },
+               [&] { seen.lost = lost_counts(measurement); });
+  return seen;
+}
+
+/// The structure to report of what is seen: the strongest, or what is above the bandwidth of the rows if that
+/// explains more; else impacts or a burst, even where the residual at the rows hardly shows them. At the
 /// floor nothing but moments: neither noise nor the encoder's steps hold most of their square in so few, so
 /// the floor was taken from what happens then.
 std::optional<Structure> structure_to_report(const Measurement& measurement, const Diagnosis& diagnosis,
-                                             const std::vector<Structure>& left) {
+                                             const Observations& seen) {
   const bool at_floor = !above_floor(measurement, diagnosis);
-  const auto found = std::find_if(left.begin(), left.end(), [&](const Structure& one) {
+  const auto found = std::find_if(seen.left.begin(), seen.left.end(), [&](const Structure& one) {
     return one.error_reduction >= kStructureReduction && (!at_floor || one.only_where);
   });
   std::optional<Structure> reported;
-  if (found != left.end()) reported = *found;
-  auto above = above_bandwidth(measurement, diagnosis);
-  if (above && (!reported || above->error_reduction >= reported->error_reduction))
-    reported = std::move(above);
+  if (found != seen.left.end()) reported = *found;
+  if (seen.above && (!reported || seen.above->error_reduction >= reported->error_reduction))
+    reported = seen.above;
   if (!reported) reported = impacts_in_drive(measurement);
   if (!reported) {
     const FittedModel& last = diagnosis.explained;
@@ -242,19 +259,19 @@ bool tells_when(const Structure& one, const Structure& cause) {
 /// curve and explains most itself; and what tells_when(), where it holds more than the cause explains: a
 /// cause that explains most is what happens then (a narrow bump that is passed quickly). Returns whether what
 /// is first now tells anything.
-bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis) {
+bool prefer_other_structure(const std::vector<Structure>& left, Diagnosis& diagnosis) {
   Structure& cause = diagnosis.outside.causes.front();
   const bool says_something = cause.determined || (cause.free_curve && holds_most(cause));
-  for (Structure& one : structure_left(measurement, diagnosis)) {
+  for (const Structure& one : left) {
     if (!says_something && one.error_reduction >= kStructureReduction) {
-      cause = std::move(one);
+      cause = one;
       return true;
     }
     const bool of_motion = one.coordinate == Coordinate::position || one.coordinate == Coordinate::velocity ||
                            one.coordinate == Coordinate::acceleration;
     const bool other = tells_when(one, cause) || (of_motion && (cause.free_curve || !says_something));
     if (!other || one.error_reduction <= cause.error_reduction) continue;
-    cause = std::move(one);
+    cause = one;
     return true;
   }
   return says_something;
@@ -262,9 +279,8 @@ bool prefer_other_structure(const Measurement& measurement, Diagnosis& diagnosis
 
 /// The strongest cause outside the catalogue, beside what is above the bandwidth of the rows, where neither
 /// effects nor causes are searched.
-Structure cause_and_what_is_above(const Measurement& measurement, const Diagnosis& diagnosis) {
+Structure cause_and_what_is_above(const Diagnosis& diagnosis, std::optional<Structure> other) {
   Structure first = diagnosis.outside.causes.front();
-  auto other = above_bandwidth(measurement, diagnosis);
   if (!other) return first;
   if (other->error_reduction > first.error_reduction) std::swap(first, *other);
   first.description += "; besides, " + other->description;
@@ -273,15 +289,15 @@ Structure cause_and_what_is_above(const Measurement& measurement, const Diagnosi
 
 /// The verdict where causes outside the catalogue compete with the effects: the stronger of both, and none of
 /// the effects where they explain less than half and leave much (unless that is the form of the friction).
-void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
-  const bool tells = prefer_other_structure(measurement, diagnosis);
+void judge_beside_causes(const Measurement& measurement, const Observations& seen, Diagnosis& diagnosis) {
+  const bool tells = prefer_other_structure(seen.left, diagnosis);
   const OutsideCauses& outside = diagnosis.outside;
   const bool named = diagnosis.steps.size() > 1 && !outside.explain_most &&
                      (outside.replace_friction || !insufficient(diagnosis)) &&
                      !does_not_hold_later(measurement, diagnosis);
-  if (!named && !tells) diagnosis.outside.causes.front() = structure_left(measurement, diagnosis).front();
-  diagnosis.unexplained = tells || !named ? std::optional(cause_and_what_is_above(measurement, diagnosis))
-                                          : above_bandwidth(measurement, diagnosis);
+  if (!named && !tells) diagnosis.outside.causes.front() = seen.left.front();
+  diagnosis.unexplained =
+      tells || !named ? std::optional(cause_and_what_is_above(diagnosis, seen.above)) : seen.above;
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
   if (!named) {
     diagnosis.unexplained->description +=
@@ -294,16 +310,15 @@ void judge_beside_causes(const Measurement& measurement, Diagnosis& diagnosis) {
 }
 
 /// The verdict by the residual of the explanation.
-void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis) {
-  const std::vector<Structure> left = structure_left(measurement, diagnosis);
-  diagnosis.unexplained = structure_to_report(measurement, diagnosis, left);
+void judge_by_what_is_left(const Measurement& measurement, const Observations& seen, Diagnosis& diagnosis) {
+  diagnosis.unexplained = structure_to_report(measurement, diagnosis, seen);
   if (diagnosis.steps.size() > 1) {
-    judge_named(measurement, left.front(), diagnosis);
+    judge_named(measurement, seen.left.front(), diagnosis);
     if (diagnosis.unexplained) diagnosis.unexplained->description += too_small_beside_others(diagnosis);
     return;
   }
   const double discrepancy = discrepancy_N(diagnosis.explained, diagnosis.noise_floor_N);
-  if (!diagnosis.unexplained && is_large(diagnosis, discrepancy)) diagnosis.unexplained = left.front();
+  if (!diagnosis.unexplained && is_large(diagnosis, discrepancy)) diagnosis.unexplained = seen.left.front();
   if (diagnosis.unexplained) {
     const std::string too_small = too_small_alone(measurement, diagnosis);
     diagnosis.unexplained->description += too_small.empty() ? passed_over(measurement, diagnosis) : too_small;
@@ -313,8 +328,8 @@ void judge_by_what_is_left(const Measurement& measurement, Diagnosis& diagnosis)
 
 /// An input that contradicts physics is reported first: effects of a model that was fitted to it are no
 /// findings, whatever they explain.
-void judge_input(const Measurement& measurement, Diagnosis& diagnosis) {
-  diagnosis.input_warnings = input_warnings(measurement);
+void judge_input(const Measurement& measurement, std::vector<InputWarning> warnings, Diagnosis& diagnosis) {
+  diagnosis.input_warnings = std::move(warnings);
   if (diagnosis.input_warnings.empty()) return;
   Structure cause{Coordinate::acceleration, 0.0, 0.0, diagnosis.input_warnings.front().what,
                   weighted_residual(measurement, diagnosis.baseline)};
@@ -333,18 +348,19 @@ Refusal refusal_of(const Measurement& measurement, const Diagnosis& diagnosis, c
 }  // namespace
 
 void judge(const Measurement& measurement, Diagnosis& diagnosis) {
+  Observations seen = observe(measurement, diagnosis);
   if (diagnosis.outside.causes.empty()) {
-    judge_by_what_is_left(measurement, diagnosis);
+    judge_by_what_is_left(measurement, seen, diagnosis);
   } else {
-    judge_beside_causes(measurement, diagnosis);
+    judge_beside_causes(measurement, seen, diagnosis);
   }
-  if (auto lost = lost_counts(measurement)) {
+  if (seen.lost) {
     // Jumps are reported first: any dependence on the position may be caused by them.
-    if (diagnosis.unexplained) lost->description += "; besides, " + diagnosis.unexplained->description;
-    diagnosis.unexplained = std::move(lost);
+    if (diagnosis.unexplained) seen.lost->description += "; besides, " + diagnosis.unexplained->description;
+    diagnosis.unexplained = std::move(seen.lost);
     if (diagnosis.verdict == Verdict::complete) diagnosis.verdict = Verdict::unexplained;
   }
-  judge_input(measurement, diagnosis);
+  judge_input(measurement, std::move(seen.input_warnings), diagnosis);
 }
 
 void note_refusal(const Measurement& measurement, Diagnosis& diagnosis) {

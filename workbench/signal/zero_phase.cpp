@@ -23,6 +23,23 @@ double at(std::span<const double> input, std::ptrdiff_t index) {
   return input[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(index, 0, last))];
 }
 
+/// value(sample before last, before, at, next, next but one) of each sample, with the ends repeated.
+template <class Value>
+std::vector<double> of_five(std::span<const double> input, Value&& value) {
+  std::vector<double> out(input.size());
+  const auto size = static_cast<std::ptrdiff_t>(input.size());
+  const auto at_end = [&](std::ptrdiff_t i) {
+    out[static_cast<std::size_t>(i)] =
+        value(at(input, i - 2), at(input, i - 1), at(input, i), at(input, i + 1), at(input, i + 2));
+  };
+  for (std::ptrdiff_t i = 0; i < std::min<std::ptrdiff_t>(2, size); ++i) at_end(i);
+  const double* const from = input.data();
+  for (std::ptrdiff_t i = 2; i + 2 < size; ++i)
+    out[static_cast<std::size_t>(i)] = value(from[i - 2], from[i - 1], from[i], from[i + 1], from[i + 2]);
+  for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(2, size - 2); i < size; ++i) at_end(i);
+  return out;
+}
+
 }  // namespace
 
 std::vector<double> low_pass_taps(double cutoff_Hz, double rate_Hz) {
@@ -87,24 +104,19 @@ std::vector<double> filter_all(std::span<const double> input, std::span<const do
 }
 
 std::vector<double> first_derivative(std::span<const double> input, double rate_Hz) {
-  std::vector<double> out(input.size());
-  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(input.size()); ++i) {
-    out[static_cast<std::size_t>(i)] =
-        (8.0 * (at(input, i + 1) - at(input, i - 1)) - (at(input, i + 2) - at(input, i - 2))) * rate_Hz /
-        12.0;
-  }
-  return out;
+  return of_five(input,
+                 [rate_Hz](double far_before, double before, double, double behind, double far_behind) {
+                   return (8.0 * (behind - before) - (far_behind - far_before)) * rate_Hz / 12.0;
+                 });
 }
 
 std::vector<double> second_derivative(std::span<const double> input, double rate_Hz) {
-  std::vector<double> out(input.size());
-  for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(input.size()); ++i) {
-    const double centre = at(input, i);
-    const double near = (at(input, i + 1) - centre) + (at(input, i - 1) - centre);
-    const double far = (at(input, i + 2) - centre) + (at(input, i - 2) - centre);
-    out[static_cast<std::size_t>(i)] = (16.0 * near - far) * rate_Hz * rate_Hz / 12.0;
-  }
-  return out;
+  return of_five(
+      input, [rate_Hz](double far_before, double before, double centre, double behind, double far_behind) {
+        const double near = (behind - centre) + (before - centre);
+        const double far = (far_behind - centre) + (far_before - centre);
+        return (16.0 * near - far) * rate_Hz * rate_Hz / 12.0;
+      });
 }
 
 }  // namespace slipstack::workbench

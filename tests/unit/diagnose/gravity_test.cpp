@@ -73,7 +73,7 @@ TEST_F(Gravity, IsNoSpringThatStiffens) {
 TEST_F(Gravity, HasHarmonicsOnlyWhereTwoOfThemFitIntoTheTravel) {
   const Measurement measurement(joint(gravity_Nm));
   Term ripple = make_term(measurement, *find_effect("force_ripple"));
-  const double travel = value_range(measurement.position_m()).length();
+  const double travel = measurement.position_range_m().length();
   ASSERT_LT(travel, 0.5 * kTurn_rad);
   ripple.shapes[0] = 0.6 * travel;  // does not fit twice
   settle_pitch(measurement, ripple);

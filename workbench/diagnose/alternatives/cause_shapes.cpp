@@ -314,7 +314,7 @@ std::optional<std::vector<double>> gap_and_friction(const Measurement& measureme
   const double least_mps2 = deceleration_of_axis_mps2(model);
   const double longest_m = longest_slip_m(model.terms);
   const double least_m = std::max(measurement.encoder_resolution_m(), longest_m);
-  const double most_m = kWidestPlace * value_range(measurement.position_m()).length();
+  const double most_m = kWidestPlace * measurement.position_range_m().length();
   if (!(least_mps2 > 0.0) || least_m >= most_m) return {};
   const double slip_m = mean_slip_m(*find_role(model.terms, Role::hysteresis));
   std::vector<std::vector<double>> starts;
@@ -431,7 +431,7 @@ std::optional<std::vector<double>> shapes_of_cause(const Measurement& measuremen
     case CauseForm::friction_ripple:
       return {};  // is_searched_as_effect()
     case CauseForm::mass_over_position: {
-      const ValueRange travelled = value_range(measurement.position_m());
+      const ValueRange travelled = measurement.position_range_m();
       return std::vector{travelled.low, travelled.high};
     }
     case CauseForm::power_of_velocity:

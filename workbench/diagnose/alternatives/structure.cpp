@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "workbench/base/parallel.h"
 #include "workbench/base/quantity.h"
 #include "workbench/base/text.h"
 #include "workbench/diagnose/alternatives/cause_forms.h"
@@ -135,23 +136,25 @@ std::string note_at_start(const Measurement& measurement, double time_s, double 
 }
 
 std::vector<Structure> find_structure(const Measurement& measurement, const Eigen::VectorXd& residual_N) {
-  std::vector<Structure> found;
   const Halves halves = alternating_blocks(measurement);
-  found.push_back(
-      over(Coordinate::position, "m", at_rows(measurement, measurement.position_m()), residual_N, halves));
-  found.push_back(over(Coordinate::velocity, "m/s", at_rows(measurement, measurement.velocity_mps()),
-                       residual_N, halves));
-  found.push_back(over(Coordinate::acceleration, "m/s2",
-                       at_rows(measurement, measurement.acceleration_mps2()), residual_N, halves));
-  found.push_back(over_time(measurement, residual_N, halves));
-  found.push_back(line_at_rows(measurement, residual_N));
-  Structure event = event_in_time(measurement, residual_N);
-  Structure reversal = after_reversals(measurement, residual_N);
+  const auto over_motion = [&](Coordinate coordinate, const char* unit, const std::vector<double>& values) {
+    return over(coordinate, unit, at_rows(measurement, values), residual_N, halves);
+  };
+  Structure line, position, velocity, acceleration, time, event, reversal;
+  run_together(  // the longest first
+      [&] { line = line_at_rows(measurement, residual_N); },
+      [&] { time = over_time(measurement, residual_N, halves); },
+      [&] { position = over_motion(Coordinate::position, "m", measurement.position_m()); },
+      [&] { velocity = over_motion(Coordinate::velocity, "m/s", measurement.velocity_mps()); },
+      [&] { acceleration = over_motion(Coordinate::acceleration, "m/s2", measurement.acceleration_mps2()); },
+      [&] { event = event_in_time(measurement, residual_N); },
+      [&] { reversal = after_reversals(measurement, residual_N); });
   // Moments that recur at reversals do not depend on time.
   if (reversal.error_reduction < kMajority * event.error_reduction &&
-      event.error_reduction > found[3].error_reduction)
-    found[3] = std::move(event);
-  found.push_back(std::move(reversal));
+      event.error_reduction > time.error_reduction)
+    time = std::move(event);
+  std::vector<Structure> found{std::move(position), std::move(velocity), std::move(acceleration),
+                               std::move(time),     std::move(line),     std::move(reversal)};
   // Without a line, or moments after reversals, there is nothing to be told of them.
   std::erase_if(found, [](const Structure& one) { return one.description.empty(); });
   std::sort(found.begin(), found.end(),

@@ -34,7 +34,7 @@ bool has_no_true_friction_ripple(const Measurement& measurement, const FittedMod
   if (ripple == nullptr) return false;
   // Of the map over the travel: what it can follow is no friction that repeats.
   constexpr double kValues = kPreloadMapSplines;
-  if (ripple->shapes[0] > 4.0 / kValues * value_range(measurement.position_m()).length()) return true;
+  if (ripple->shapes[0] > 4.0 / kValues * measurement.position_range_m().length()) return true;
   if (find_cause(model.terms, CauseForm::second_ripple) != nullptr) return false;
   Terms other = without(model.terms, ripple->id());
   other.push_back(make_term(measurement, cause_of(CauseForm::second_ripple)));
@@ -66,7 +66,7 @@ bool has_no_true_power(const Measurement& measurement, const FittedModel& model)
 bool has_one_ripple_twice(const Measurement& measurement, const Terms& terms) {
   const Term* const second = find_cause(terms, CauseForm::second_ripple);
   if (second == nullptr) return false;
-  const double travel_m = value_range(measurement.position_m()).length();
+  const double travel_m = measurement.position_range_m().length();
   return std::any_of(terms.begin(), terms.end(), [&](const Term& first) {
     const auto pitch_m = first.shape(ShapeKind::pitch);
     return pitch_m && &first != second && first.effect->acts_as(Acts::force) &&

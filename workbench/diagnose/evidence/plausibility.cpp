@@ -319,7 +319,7 @@ bool lag_is_change_over_time(const Measurement& measurement, const FittedModel& 
   const double memory_s = 1.0 / (1.0 / time_s + velocity_mps / distance_m);
   const bool by_distance = distance_m < time_s * velocity_mps;
   return memory_s > lag->effect->traits.plausible.most_memory_s ||
-         (by_distance && distance_m > kMajority * value_range(measurement.position_m()).length());
+         (by_distance && distance_m > kMajority * measurement.position_range_m().length());
 }
 
 bool has_implausible_mode(const Measurement& measurement, const FittedModel& baseline,

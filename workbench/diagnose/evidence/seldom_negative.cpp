@@ -27,7 +27,7 @@ bool has_negative_stiffness(const Measurement& measurement, const Term& term) {
     return term.gains[static_cast<std::size_t>(term.effect->traits.plausible.seldom_negative)] < 0.0;
   const auto pitch_m = term.shape(ShapeKind::pitch);
   if (!pitch_m || !is_one_turn(*pitch_m) || !term.effect->acts_as(Acts::force)) return false;
-  const ValueRange travel = value_range(measurement.position_m());
+  const ValueRange travel = measurement.position_range_m();
   const double middle_rad = 0.5 * (travel.low + travel.high);
   return travel.length() < 0.5 * kTurn_rad &&
          term.gains[1] * std::cos(middle_rad) < term.gains[0] * std::sin(middle_rad);

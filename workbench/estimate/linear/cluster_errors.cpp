@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 
+#include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
 #include "workbench/estimate/linear/free_unknowns.h"
 #include "workbench/estimate/linear/normal_equations.h"
@@ -156,27 +158,40 @@ Eigen::VectorXd NormalEquations::standard_errors(const BoundedSolution& solution
   if (influence.free().empty()) return errors;
   std::vector<Eigen::Index> reported = influence.free();
   for (Eigen::Index i = unknowns_; i < count; ++i) reported.push_back(i);
-  std::vector<Eigen::VectorXd> scores;
-  scores.reserve(blocks_.size());
+  std::vector<Eigen::VectorXd> scores(blocks_.size());
+  std::vector<Eigen::VectorXd> shares(blocks_.size());
+  parallel_for(blocks_.size(), [&](std::size_t b) {
+    const Part& block = blocks_[b];
+    scores[b] = influence.score_of_noise(block.gram, block.right - block.gram * solution.value);
+    shares[b] = influence.information(block.gram, combined);
+  });
   Eigen::VectorXd known = Eigen::VectorXd::Zero(count);
   Eigen::VectorXd known_squared = Eigen::VectorXd::Zero(count);
-  for (const Part& block : blocks_) {
-    scores.push_back(influence.score_of_noise(block.gram, block.right - block.gram * solution.value));
-    const Eigen::VectorXd share = influence.information(block.gram, combined);
+  for (const Eigen::VectorXd& share : shares) {
     known += share;
     known_squared += share.cwiseAbs2();
   }
   const Eigen::VectorXd middle = problem.gram * solution.value;
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(count);
   std::mt19937_64 random(kSeed);
-  for (int draw = 0; draw < kDraws; ++draw) {
+  std::vector<Eigen::VectorXd> rights(kDraws);
+  for (Eigen::VectorXd& right : rights) {
     Eigen::VectorXd noise = Eigen::VectorXd::Zero(unknowns_);
     for (const Eigen::VectorXd& score : scores) noise += (random() >> 63U) != 0U ? score : -score;
     inverse_sum_difference_transform(constraints.pairs, noise);
-    problem.right = middle + noise;
-    squares +=
-        with_sums(solve_bounded(problem, solution.bound_states).value - solution.value, combined).cwiseAbs2();
+    right = middle + noise;
   }
+  // Shares of the draws, each with a problem of its own.
+  constexpr std::size_t kShares = 8;
+  std::vector<Eigen::VectorXd> moved(kDraws);
+  parallel_for(kShares, [&](std::size_t first) {
+    BoundedProblem own = problem;
+    for (std::size_t draw = first; draw < rights.size(); draw += kShares) {
+      own.right = std::move(rights[draw]);
+      moved[draw] = with_sums(solve_bounded(own, solution.bound_states).value - solution.value, combined);
+    }
+  });
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(count);
+  for (const Eigen::VectorXd& draw : moved) squares += draw.cwiseAbs2();
   for (const Eigen::Index i : reported) {
     // The effective number of blocks that determine this unknown, less one for its value.
     const double freedom = squared(known(i)) / std::max(known_squared(i), 1e-300) - 1.0;

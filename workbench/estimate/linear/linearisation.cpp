@@ -8,6 +8,7 @@
 #include "workbench/base/parallel.h"
 #include "workbench/base/wide_vectors.h"
 #include "workbench/estimate/linear/run_effect.h"
+#include "workbench/estimate/linear/tall_product.h"
 
 namespace slipstack::workbench {
 namespace {
@@ -71,7 +72,7 @@ void Linearisation::take_dry(DryTrace dry) {
 void Linearisation::retarget(const Eigen::VectorXd& force_N) {
   measured_N_ = measurement_.force_N(measurement_dynamics_of(terms_));
   force_N_ = force_N;
-  target_ = measured_N_ - force_N_ + columns_ * gains_of(terms_);
+  target_ = measured_N_ - force_N_ + tall_combination(columns_, gains_of(terms_));
 }
 
 const DryTrace& Linearisation::dry() const {
@@ -108,7 +109,7 @@ Eigen::VectorXd Linearisation::linear_force(const Terms& terms, std::vector<bool
       }
     }
   }
-  return columns_ * gains;
+  return tall_combination(columns_, gains);
 }
 
 Eigen::VectorXd Linearisation::force_at(const Terms& terms, DryTrace* dry_of_terms) const {

@@ -124,8 +124,8 @@ NormalEquations NormalEquations::with_target(const Measurement& measurement, con
   const Eigen::VectorXd weighted_target = measurement.fit_weights().cwiseProduct(target);
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const auto [first, count] = ranges[b];
-    other.blocks_[b].right.noalias() =
-        columns.middleRows(first, count).transpose() * weighted_target.segment(first, count);
+    other.blocks_[b].right =
+        tall_product(columns.middleRows(first, count), weighted_target.segment(first, count));
     other.blocks_[b].target_squared = weighted_target.segment(first, count).dot(target.segment(first, count));
   }
   other.sum_up();
@@ -139,7 +139,7 @@ NormalEquations NormalEquations::sum_with_target(const Measurement& measurement,
   other.unknowns_ = unknowns_;
   other.folds_ = folds_;
   const Eigen::VectorXd weighted_target = measurement.fit_weights().cwiseProduct(target);
-  other.total_ = {total_.gram, columns.transpose() * weighted_target, weighted_target.dot(target),
+  other.total_ = {total_.gram, tall_product(columns, weighted_target), weighted_target.dot(target),
                   total_.weight};
   return other;
 }

@@ -2,6 +2,9 @@
 #include "workbench/estimate/linear/tall_product.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <vector>
 
 #include "workbench/base/wide_vectors.h"
 
@@ -70,7 +73,60 @@ Eigen::MatrixXd product_of(const Eigen::Ref<const Eigen::MatrixXd>& left,
   return product;
 }
 
+/// Rows whose sums stay in the first-level cache while all columns are added.
+constexpr Index kRowTile = 1024;
+
+/// sums[row] += the factors x the values of kColumns columns.
+template <std::size_t kColumns>
+[[gnu::always_inline]] inline void add_columns(const double* const* columns, const double* factors,
+                                               Index rows, double* sums) {
+  Index row = 0;
+  for (; row + 4 <= rows; row += 4) {
+    FourDoubles sum;
+    load(sum, sums + row);
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      FourDoubles value;
+      load(value, columns[c] + row);
+      sum += factors[c] * value;
+    }
+    std::memcpy(sums + row, &sum, sizeof(sum));
+  }
+  for (; row < rows; ++row) {
+    for (std::size_t c = 0; c < kColumns; ++c) sums[row] += factors[c] * columns[c][row];
+  }
+}
+
 }  // namespace
+
+Eigen::VectorXd tall_combination(const Eigen::Ref<const Eigen::MatrixXd>& matrix,
+                                 const Eigen::Ref<const Eigen::VectorXd>& factors) {
+  std::vector<const double*> columns;
+  std::vector<double> own;
+  for (Index c = 0; c < matrix.cols(); ++c) {
+    if (factors(c) == 0.0) continue;
+    columns.push_back(matrix.data() + c * matrix.outerStride());
+    own.push_back(factors(c));
+  }
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(matrix.rows());
+  constexpr std::size_t kAtOnce = 8;
+  run_wide([&] {
+    for (Index first = 0; first < matrix.rows(); first += kRowTile) {
+      const Index rows = std::min(kRowTile, matrix.rows() - first);
+      double* const out = sums.data() + first;
+      std::size_t c = 0;
+      for (; c + kAtOnce <= own.size(); c += kAtOnce) {
+        const double* from[kAtOnce];
+        for (std::size_t k = 0; k < kAtOnce; ++k) from[k] = columns[c + k] + first;
+        add_columns<kAtOnce>(from, own.data() + c, rows, out);
+      }
+      for (; c < own.size(); ++c) {
+        const double* const from = columns[c] + first;
+        add_columns<1>(&from, own.data() + c, rows, out);
+      }
+    }
+  });
+  return sums;
+}
 
 Eigen::MatrixXd tall_product(const Eigen::Ref<const Eigen::MatrixXd>& left,
                              const Eigen::Ref<const Eigen::MatrixXd>& right) {

@@ -39,7 +39,7 @@ std::vector<double> stop_operator(const Measurement& measurement, double slip_m)
 ClockColumns columns_of(const Measurement& measurement, const MotionTerms& terms) {
   ClockColumns columns(measurement.row_count(), kClockTerms);
   columns.leftCols(MotionTerms::kCount) = terms.at_rows;
-  const double travel_m = value_range(measurement.position_m()).length();
+  const double travel_m = measurement.position_range_m().length();
   for (std::size_t i = 0; i < kSlipOfTravel.size(); ++i) {
     columns.col(MotionTerms::kCount + static_cast<Eigen::Index>(i)) =
         measurement.filtered(stop_operator(measurement, kSlipOfTravel[i] * travel_m));

@@ -38,14 +38,24 @@ Eigen::VectorXd Measurement::force_N(const MeasurementDynamics& lag) const {
   for (const LogPart& part : parts_) {
     const auto first = static_cast<std::ptrdiff_t>(part.first_sample);
     const auto end = static_cast<std::ptrdiff_t>(part.end_sample());
-    for (std::ptrdiff_t i = first; i < end; ++i) {
-      double sum = 0.0;
-      for (std::ptrdiff_t k = 0; k < 4; ++k) {
-        const auto index = std::clamp<std::ptrdiff_t>(i + whole + k - 1, first, end - 1);
-        sum += weight[static_cast<std::size_t>(k)] * log_->force_N[static_cast<std::size_t>(index)];
-      }
-      later[static_cast<std::size_t>(i)] = sum;
+    const double* const recorded_N = log_->force_N.data();
+    const auto interpolated_N = [&](const auto& at) {
+      return ((weight[0] * at(-1) + weight[1] * at(0)) + weight[2] * at(1)) + weight[3] * at(2);
+    };
+    // Where the four samples lie within the part no index needs a look, so that several are computed at once.
+    const std::ptrdiff_t inner = std::clamp(first + 1 - whole, first, end);
+    const std::ptrdiff_t outer = std::clamp(end - 2 - whole, inner, end);
+    const auto at_ends = [&](std::ptrdiff_t i) {
+      later[static_cast<std::size_t>(i)] = interpolated_N([&](std::ptrdiff_t k) {
+        return recorded_N[std::clamp<std::ptrdiff_t>(i + whole + k, first, end - 1)];
+      });
+    };
+    for (std::ptrdiff_t i = first; i < inner; ++i) at_ends(i);
+    for (std::ptrdiff_t i = inner; i < outer; ++i) {
+      const double* const from = recorded_N + i + whole;
+      later[static_cast<std::size_t>(i)] = interpolated_N([from](std::ptrdiff_t k) { return from[k]; });
     }
+    for (std::ptrdiff_t i = outer; i < end; ++i) at_ends(i);
     if (lag.filter_s == 0.0) continue;
     const std::span<double> own(later.data() + first, static_cast<std::size_t>(end - first));
     const std::vector<double> slope = first_derivative(own, sample_rate_Hz());

@@ -132,7 +132,8 @@ std::size_t Measurement::gain_sets(std::string_view effect) const {
 void Measurement::take_samples(std::size_t part, std::size_t first, std::span<Sample<double>> samples) const {
   // By way of locals: the compiler would have to reload members after each sample that is written.
   const double start_s = parts_[part].start_s;
-  const std::size_t from = first - parts_[part].first_sample;
+  // Signed: processors turn such integers into doubles in one instruction.
+  const auto from = static_cast<std::ptrdiff_t>(first - parts_[part].first_sample);
   const double tick = tick_s();
   const double* const displacement = displacement_m_.data() + first;
   const double* const position_m = motion_->position_m.data() + first;
@@ -140,7 +141,7 @@ void Measurement::take_samples(std::size_t part, std::size_t first, std::span<Sa
   const double* const acceleration_mps2 = motion_->acceleration_mps2.data() + first;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     Sample<double>& sample = samples[i];
-    sample.time_s = start_s + static_cast<double>(from + i) * tick;
+    sample.time_s = start_s + static_cast<double>(from + static_cast<std::ptrdiff_t>(i)) * tick;
     sample.displacement = displacement[i];
     sample.position_m = position_m[i];
     sample.velocity_mps = velocity_mps[i];

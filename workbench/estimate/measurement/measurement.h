@@ -13,6 +13,7 @@
 
 #include "firmware/effects/effect.h"
 #include "workbench/base/axis_units.h"
+#include "workbench/base/statistics.h"
 #include "workbench/estimate/measurement/parts.h"
 #include "workbench/log/log.h"
 #include "workbench/signal/encoder_interpolation.h"
@@ -118,6 +119,7 @@ class Measurement {
 
   // Smooth motion, one value per sample.
   const std::vector<double>& position_m() const { return motion_->position_m; }
+  ValueRange position_range_m() const { return motion_->range_m; }
   const std::vector<double>& velocity_mps() const { return motion_->velocity_mps; }
   const std::vector<double>& acceleration_mps2() const { return motion_->acceleration_mps2; }
 
@@ -236,6 +238,7 @@ class Measurement {
     std::vector<double> position_m;
     std::vector<double> velocity_mps;
     std::vector<double> acceleration_mps2;
+    ValueRange range_m;  ///< of the position
   };
   void take_log(Log log);
   void estimate_motion();

@@ -70,6 +70,7 @@ void Measurement::estimate_motion() {
     append(motion.acceleration_mps2, second_derivative(smooth_m, rate));
     append(motion.position_m, std::move(smooth_m));
   }
+  motion.range_m = value_range(motion.position_m);
   motion_ = std::make_shared<const Motion>(std::move(motion));
   turning_points_ = turning_points_of(displacement_m_, parts_, 0.0);
 }
@@ -128,6 +129,7 @@ Measurement Measurement::with_motion(std::vector<double> position_m, std::vector
     motion.acceleration_mps2.insert(motion.acceleration_mps2.end(), own_mps2.begin(), own_mps2.end());
   }
   motion.position_m = position_m;
+  motion.range_m = value_range(motion.position_m);
   copy.motion_ = std::make_shared<const Motion>(std::move(motion));
   copy.displacement_m_ = std::move(position_m);
   copy.turning_points_.clear();  // the motion is smooth: it reverses at the samples

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "workbench/estimate/linear/tall_product.h"
+
 namespace slipstack::workbench {
 namespace {
 
@@ -99,7 +101,8 @@ class PenalisedSquares {
   /// ch. 18.3), exact along the step for a product of two gains.
   Eigen::VectorXd corrected(const TriedGains& trial, const Eigen::VectorXd& here, double damping,
                             const std::vector<BoundState>& start) const {
-    const Eigen::VectorXd target = trial.residual_N + near_.columns() * gains_of(trial.terms);
+    const Eigen::VectorXd target =
+        trial.residual_N + tall_combination(near_.columns(), gains_of(trial.terms));
     return equations_.with_target(measurement_, near_.columns(), target)
         .fit_near(here, damping, constraints_, start)
         .value;

@@ -173,7 +173,7 @@ std::vector<double> cycles_seen(const Measurement& measurement, const EffectDesc
 
 std::vector<double> pitch_starts(const Measurement& measurement, const ShapeRange& range,
                                  const std::vector<double>& cycles) {
-  const double stroke_m = value_range(measurement.position_m()).length();
+  const double stroke_m = measurement.position_range_m().length();
   std::vector<double> starts;
   starts.reserve(2 * cycles.size() + 8);
   for (const double one : cycles) starts.push_back(std::clamp(stroke_m / one, range.lower, range.upper));
@@ -292,7 +292,7 @@ double independent_values(const Measurement& measurement, const EffectDescriptio
                           const ShapeRange& range) {
   const ShapeKind kind = effect.shapes[range.index].kind;
   if (kind == ShapeKind::pitch) {  // one for each period more within the stroke
-    const double stroke_m = value_range(measurement.position_m()).length();
+    const double stroke_m = measurement.position_range_m().length();
     return std::max(1.0, most_cycles(stroke_m, range) - stroke_m / range.upper);
   }
   if (kind == ShapeKind::frequency) {

@@ -37,7 +37,7 @@ bool within_presliding(const Measurement& measurement, const Terms& base, const 
   const double develops_m = presliding_travel_m(*hysteresis);
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
     const ShapeKind kind = effect.shapes[i].kind;
-    if (kind == ShapeKind::travel && value_range(measurement.position_m()).length() < develops_m) return true;
+    if (kind == ShapeKind::travel && measurement.position_range_m().length() < develops_m) return true;
     if (kind == ShapeKind::pitch && shapes[i] < develops_m) return true;
   }
   return false;
@@ -192,7 +192,7 @@ void leave_out_one_turn(const Measurement& measurement, const EffectDescription&
                         std::vector<ShapeRange>& ranges, std::vector<std::vector<double>>& starts) {
   for (ShapeRange& range : ranges) {
     if (effect.shapes[range.index].kind != ShapeKind::pitch) continue;
-    const double repeats_m = 0.5 * value_range(measurement.position_m()).length();
+    const double repeats_m = 0.5 * measurement.position_range_m().length();
     range.upper = std::max(range.lower, std::min(range.upper, repeats_m));
     for (std::vector<double>& one : starts) one[range.index] = std::min(one[range.index], range.upper);
   }

@@ -31,7 +31,7 @@ ShapeRange user_range(const Measurement& measurement, const ShapeSpec& spec, std
   }
   const std::string unit = linear_unit(spec.unit);
   if (unit == "m") {
-    const ValueRange stroke = value_range(measurement.position_m());
+    const ValueRange stroke = measurement.position_range_m();
     return {index, stroke.low, stroke.high, false, (stroke.high - stroke.low) / 256.0};
   }
   if (unit == "s") return {index, measurement.tick_s(), 10.0 * measurement.duration_s(), true};
@@ -66,7 +66,7 @@ constexpr double kShowsTurn = 0.5;
 /// no more than a line with a bend; gravity has a known form, of which a cubic leaves 1.2e-4 over an eighth
 /// of a turn, and more beyond (2 J4 of half the travel).
 double longest_pitch_m(const Measurement& measurement, const EffectDescription& effect) {
-  const double stroke_m = value_range(measurement.position_m()).length();
+  const double stroke_m = measurement.position_range_m().length();
   const double least_turns = effect.acts_as(Acts::force) ? 0.125 : kShowsTurn;
   const bool shows_turn = axis_is_rotary() && stroke_m > least_turns * kTurn_rad;
   return std::max(0.5 * stroke_m, shows_turn ? kTurn_rad : 0.0);
@@ -99,7 +99,7 @@ ShapeRange narrowed(const Measurement& measurement, const EffectDescription& eff
       break;
     }
     case ShapeKind::lag_distance:
-      narrow(measurement.encoder_resolution_m(), 10.0 * value_range(measurement.position_m()).length());
+      narrow(measurement.encoder_resolution_m(), 10.0 * measurement.position_range_m().length());
       break;
     case ShapeKind::time_constant:
       narrow(measurement.tick_s(), changes_over_log(effect) ? kStraightLine * measurement.longest_log_s()
@@ -134,11 +134,6 @@ double nominal(ShapeKind kind, const ShapeRange& range) {
 
 }  // namespace
 
-ValueRange value_range(const std::vector<double>& values) {
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return {*low, *high};
-}
-
 const ShapeRange* find_range(const std::vector<ShapeRange>& ranges, const EffectDescription& effect,
                              ShapeKind kind) {
   for (const ShapeRange& range : ranges) {
@@ -152,7 +147,7 @@ bool is_about_one_turn(double pitch_m) {
 }
 
 bool bends_like_one_turn(const Measurement& measurement, const Terms& terms) {
-  const double travel_m = value_range(measurement.position_m()).length();
+  const double travel_m = measurement.position_range_m().length();
   return axis_is_rotary() && travel_m < kTurn_rad &&
          std::any_of(terms.begin(), terms.end(), [](const Term& term) {
            const auto pitch_m = term.shape(ShapeKind::pitch);
@@ -170,7 +165,7 @@ void settle_pitch(const Measurement& measurement, Term& term) {
   if (!index) return;
   // The longest pitch of a search is half of the travel but for the rounding of a logarithm.
   constexpr double kRounding = 1e-9;
-  const double seen_m = (1.0 + kRounding) * 0.5 * value_range(measurement.position_m()).length();
+  const double seen_m = (1.0 + kRounding) * 0.5 * measurement.position_range_m().length();
   double& pitch_m = term.shapes[*index];
   if (axis_is_rotary() && pitch_m > seen_m) pitch_m = kTurn_rad;
   const GainGroup& group = term.effect->gain_groups.front();
@@ -221,7 +216,7 @@ std::vector<ShapeRange> searched_shapes(const Measurement& measurement, const Ef
 }
 
 bool period_fits(const Measurement& measurement, const EffectDescription& effect) {
-  const double travel_m = value_range(measurement.position_m()).length();
+  const double travel_m = measurement.position_range_m().length();
   return std::none_of(effect.shapes.begin(), effect.shapes.end(), [&](const ShapeSpec& shape) {
     return shape.kind == ShapeKind::pitch && 2.0 * static_cast<double>(shape.lower) > travel_m;
   });
@@ -238,7 +233,7 @@ std::vector<ShapeRange> nominal_shapes(const Measurement& measurement, const Eff
 }
 
 std::vector<double> default_shapes(const Measurement& measurement, const EffectDescription& effect) {
-  const ValueRange stroke = value_range(measurement.position_m());
+  const ValueRange stroke = measurement.position_range_m();
   std::vector<double> shapes;
   for (std::size_t i = 0; i < effect.shapes.size(); ++i) {
     const ShapeSpec& spec = effect.shapes[i];

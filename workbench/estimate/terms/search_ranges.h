@@ -48,14 +48,6 @@ std::vector<double> spread(const ShapeRange& range, std::size_t count);
 /// The middle of a range, in the coordinate of the search.
 double middle_of(const ShapeRange& range);
 
-/// Smallest and largest of some values.
-struct ValueRange {
-  double low;
-  double high;
-  double length() const { return high - low; }
-};
-ValueRange value_range(const std::vector<double>& values);
-
 /// Shapes of the effect that the search moves, with the bounds of the catalogue narrowed to what the log can
 /// show: no velocity above its fastest, no pitch longer than half its stroke (on a rotary axis that moves
 /// over more than half a turn, than one turn; for a force an eighth suffices), no frequency beyond 1.2 times

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "workbench/base/parallel.h"
+#include "workbench/estimate/linear/tall_product.h"
 #include "workbench/estimate/nonlinear/damped_step.h"
 #include "workbench/estimate/nonlinear/tangent.h"
 
@@ -46,7 +47,7 @@ class PartialFits {
     double cost = cost_of(weights, residual_N, value);
     for (int step = 0; step < kMostSteps; ++step) {
       const Eigen::VectorXd wanted = solve(blocks, step, residual_N, value);
-      Eigen::VectorXd promised_N = residual_N - tangent_.columns * (wanted - value);
+      Eigen::VectorXd promised_N = residual_N - tall_combination(tangent_.columns, wanted - value);
       if (linear_) return promised_N;
       if (cost_of(weights, promised_N, wanted) > (1.0 - kConverged) * cost) break;
       const double before = cost;
@@ -85,7 +86,7 @@ class PartialFits {
   Eigen::VectorXd solve(const std::vector<bool>& blocks, int step, const Eigen::VectorXd& residual_N,
                         const Eigen::VectorXd& value) const {
     if (step == 0) return equations_.fit_without(blocks, tangent_.constraints, bound_states_).value;
-    const Eigen::VectorXd target = residual_N + tangent_.columns * value;
+    const Eigen::VectorXd target = residual_N + tall_combination(tangent_.columns, value);
     return equations_.with_target(measurement_, tangent_.columns, target)
         .fit_without(blocks, tangent_.constraints, bound_states_)
         .value;

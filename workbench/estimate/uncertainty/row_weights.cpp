@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "workbench/base/parallel.h"
 #include "workbench/base/statistics.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/terms/slip_grid.h"
@@ -38,9 +39,10 @@ Eigen::VectorXd variance_to_weigh_by(const RowVariances& rows) {
 }  // namespace
 
 RowWeighing weigh_rows(Measurement& measurement) {
-  const FittedModel plain = fit_effects(measurement, default_baseline(), {});
+  FittedModel plain, reference;
   Measurement copy = measurement;
-  const FittedModel reference = reference_model(copy);
+  run_together([&] { plain = fit_effects(measurement, default_baseline(), {}); },
+               [&] { reference = reference_model(copy); });
   const Eigen::VectorXd saturated_N = saturated_residual_N(copy, *reference.linearisation);
   std::vector<ForceChanges> changes_N =
       changes_by_quantisation_N(measurement, {&reference.terms, &plain.terms}, 0);

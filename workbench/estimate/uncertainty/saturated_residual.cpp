@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "workbench/base/linear_systems.h"
+#include "workbench/base/parallel.h"
 #include "workbench/signal/free_curve.h"
 
 namespace slipstack::workbench {
@@ -84,6 +85,51 @@ struct SparseRow {
   }
 };
 
+/// Parts of the rows that are summed up on their own: as many on every machine, so that the sums are the
+/// same.
+constexpr std::size_t kParts = 8;
+
+/// Calls visit(part, first row, end) for all parts of so many rows, on all usable processors.
+template <class Visit>
+void in_parts(Eigen::Index rows, Visit&& visit) {
+  const auto border = [rows](std::size_t part) {
+    return rows * static_cast<Eigen::Index>(part) / static_cast<Eigen::Index>(kParts);
+  };
+  parallel_for(kParts, [&](std::size_t part) { visit(part, border(part), border(part + 1)); });
+}
+
+/// The normal equations of gains and curves, without those among the gains.
+struct Sums {
+  Eigen::MatrixXd gram;  ///< the lower triangle
+  Eigen::VectorXd right;
+};
+
+/// Those of the rows [first, end); `count`: gains and knots.
+Sums sums_over(const std::vector<Curve>& curves, const Eigen::MatrixXd& gains,
+               const Eigen::VectorXd& residual_N, const Eigen::VectorXd& usable, Eigen::Index count,
+               Eigen::Index first, Eigen::Index end) {
+  Sums sums{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
+  // A row of the gains lies apart in memory; its transpose is one column.
+  const Eigen::MatrixXd by_row =
+      (usable.segment(first, end - first).asDiagonal() * gains.middleRows(first, end - first)).transpose();
+  Eigen::MatrixXd beside = Eigen::MatrixXd::Zero(gains.cols(), count);  // gains x curves
+  SparseRow sparse;
+  for (Eigen::Index row = first; row < end; ++row) {
+    if (usable(row) == 0.0) continue;
+    sparse.fill(curves, row);
+    for (const auto& [column, value] : sparse.values) {
+      beside.col(column) += value * by_row.col(row - first);
+      sums.right(column) += value * residual_N(row);
+      for (const auto& [other, second] : sparse.values) {
+        if (other <= column) sums.gram(column, other) += value * second;
+      }
+    }
+  }
+  sums.gram.bottomLeftCorner(count - gains.cols(), gains.cols()) =
+      beside.rightCols(count - gains.cols()).transpose();
+  return sums;
+}
+
 }  // namespace
 
 Eigen::VectorXd saturated_residual_N(const Measurement& measurement, const Linearisation& model) {
@@ -99,37 +145,31 @@ Eigen::VectorXd saturated_residual_N(const Measurement& measurement, const Linea
   }
   const Eigen::VectorXd residual_N = model.residual_N();
   const Eigen::VectorXd& usable = measurement.row_usable();
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(count, count);  // the lower triangle
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
+  std::vector<Sums> parts(kParts);
+  in_parts(residual_N.size(), [&](std::size_t part, Eigen::Index first, Eigen::Index end) {
+    parts[part] = sums_over(curves, gains, residual_N, usable, count, first, end);
+  });
+  for (std::size_t part = 1; part < kParts; ++part) {
+    parts.front().gram += parts[part].gram;
+    parts.front().right += parts[part].right;
+  }
+  Eigen::MatrixXd& gram = parts.front().gram;
+  Eigen::VectorXd& right = parts.front().right;
   const Eigen::MatrixXd weighted = usable.asDiagonal() * gains;
   gram.topLeftCorner(gains.cols(), gains.cols()).noalias() = weighted.transpose() * gains;
   right.head(gains.cols()).noalias() = weighted.transpose() * residual_N;
-  SparseRow sparse;
-  // A row of the gains lies apart in memory; its transpose is one column.
-  const Eigen::MatrixXd by_row = weighted.transpose();
-  Eigen::MatrixXd beside = Eigen::MatrixXd::Zero(gains.cols(), count);  // gains x curves
-  for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
-    if (usable(row) == 0.0) continue;
-    sparse.fill(curves, row);
-    for (const auto& [column, value] : sparse.values) {
-      beside.col(column) += value * by_row.col(row);
-      right(column) += value * residual_N(row);
-      for (const auto& [other, second] : sparse.values) {
-        if (other <= column) gram(column, other) += value * second;
-      }
-    }
-  }
-  gram.bottomLeftCorner(count - gains.cols(), gains.cols()) =
-      beside.rightCols(count - gains.cols()).transpose();
   const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   gram = scale.asDiagonal() * gram * scale.asDiagonal();
   gram.diagonal().array() += kRidge;
   const Eigen::VectorXd solution = scale.cwiseProduct(solve_symmetric(gram, scale.cwiseProduct(right)));
   Eigen::VectorXd left_N = residual_N - gains * solution.head(gains.cols());
-  for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
-    sparse.fill(curves, row);
-    for (const auto& [column, value] : sparse.values) left_N(row) -= value * solution(column);
-  }
+  in_parts(residual_N.size(), [&](std::size_t, Eigen::Index first, Eigen::Index end) {
+    SparseRow sparse;
+    for (Eigen::Index row = first; row < end; ++row) {
+      sparse.fill(curves, row);
+      for (const auto& [column, value] : sparse.values) left_N(row) -= value * solution(column);
+    }
+  });
   return left_N;
 }
 
