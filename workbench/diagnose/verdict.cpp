@@ -117,23 +117,27 @@ bool insufficient(const Diagnosis& diagnosis) {
 }
 
 /// Whether the named effects, fitted to the first two thirds of the log, leave more of the last one than the
-/// baseline does, by a share that is worth a name: what they claim does not hold there. Where the baseline is
-/// near the floor there, nothing follows; nor where one model of all thirds is at the floor: it holds there
-/// too, and the first two do not determine it (a pitch, by which the axis goes on).
+/// baseline does, by a share that is worth a name: what they claim does not hold there. Only where the axis
+/// was before: of places where it was not a map knows nothing. Where the baseline is near the floor there,
+/// nothing follows; nor where one model of all thirds is at the floor: it holds there too, and the first two
+/// do not determine it (a pitch, by which the axis goes on).
 bool does_not_hold_later(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const double without_N = diagnosis.baseline.forward_rmse_N;
+  const double without_N = diagnosis.baseline.forward_within_travel_N;
   return diagnosis.steps.size() > 1 && above_floor(measurement, diagnosis) &&
-         is_worth_a_name(diagnosis.explained.forward_rmse_N, without_N) &&
+         is_worth_a_name(diagnosis.explained.forward_within_travel_N, without_N) &&
          without_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
 }
 
 /// What is said of effects that do not hold later; of others nothing.
 std::string later_text(const Measurement& measurement, const Diagnosis& diagnosis) {
   if (!does_not_hold_later(measurement, diagnosis)) return {};
+  const std::string leaves = quantity(diagnosis.explained.forward_within_travel_N, "N");
+  const bool everywhere = leaves == quantity(diagnosis.explained.forward_rmse_N, "N");
   return fmt::format(
-      "; in the last third of the log, predicted by a fit to the first two, what "
-      "was chosen leaves {}, the baseline {}",
-      quantity(diagnosis.explained.forward_rmse_N, "N"), quantity(diagnosis.baseline.forward_rmse_N, "N"));
+      "; in the last third of the log, predicted by a fit to the first two, what was chosen "
+      "leaves {}, the baseline {}{}",
+      leaves, quantity(diagnosis.baseline.forward_within_travel_N, "N"),
+      everywhere ? "" : ", where the axis was before");
 }
 
 /// Whether an effect that was refused leaves, alone, far less than the named ones together, which then

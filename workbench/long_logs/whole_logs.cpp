@@ -19,6 +19,7 @@ void take_errors(FittedModel& model, const FittedModel& judged) {
   model.train_rmse_N = judged.train_rmse_N;
   model.holdout_rmse_N = judged.holdout_rmse_N;
   model.forward_rmse_N = judged.forward_rmse_N;
+  model.forward_within_travel_N = judged.forward_rmse_N;  // the sums do not tell where the axis was
   model.relative_error = judged.relative_error;
   model.block_squared_error = judged.block_squared_error;
   model.block_weight = judged.block_weight;

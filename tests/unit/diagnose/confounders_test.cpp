@@ -75,7 +75,7 @@ TEST(Confounders, AnEffectThatDoesNotHoldLaterHasNoNameAboveTheFloor) {
   bench.axis.effects.payload_kg = 0.3 * bench.axis.mass_kg;
   Measurement measurement(test::simulate(bench, 31));
   Diagnosis is = diagnosed(measurement);
-  is.explained.forward_rmse_N = 2.0 * is.baseline.forward_rmse_N;
+  is.explained.forward_within_travel_N = 2.0 * is.baseline.forward_within_travel_N;
   judge(measurement, is);
   EXPECT_EQ(is.verdict, Verdict::missing_effect);
   is.explained.holdout_rmse_N = 3.0 * is.noise_floor_N;
@@ -84,10 +84,10 @@ TEST(Confounders, AnEffectThatDoesNotHoldLaterHasNoNameAboveTheFloor) {
   ASSERT_TRUE(is.unexplained);
   EXPECT_NE(is.unexplained->description.find("in the last third of the log"), std::string::npos)
       << is.unexplained->description;
-  is.explained.forward_rmse_N = 1.02 * is.baseline.forward_rmse_N;
+  is.explained.forward_within_travel_N = 1.02 * is.baseline.forward_within_travel_N;
   judge(measurement, is);
   EXPECT_EQ(is.verdict, Verdict::missing_effect);
-  is.explained.forward_rmse_N = 1.04 * is.baseline.forward_rmse_N;
+  is.explained.forward_within_travel_N = 1.04 * is.baseline.forward_within_travel_N;
   judge(measurement, is);
   EXPECT_EQ(is.verdict, Verdict::unexplained);
 }

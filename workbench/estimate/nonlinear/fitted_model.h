@@ -28,7 +28,9 @@ struct FittedModel {
   double train_rmse_N = 0.0;
   double holdout_rmse_N = 0.0;  ///< by blocked cross-validation
   double forward_rmse_N = 0.0;  ///< of the last third by a fit to the first two; zero: not computed
-  double relative_error = 0.0;  ///< |residual| / |measured force|, both at the rows
+  /// The same of what of it lies within the travel of the first two: beyond it a map only guesses.
+  double forward_within_travel_N = 0.0;
+  double relative_error = 0.0;              ///< |residual| / |measured force|, both at the rows
   std::vector<double> block_squared_error;  ///< of each block when it is held out
   std::vector<double> block_weight;         ///< sum of the row weights of each block
   std::vector<LogErrors> log_errors;        ///< by log, where the measurement is an excerpt of the logs
