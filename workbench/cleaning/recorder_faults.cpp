@@ -191,12 +191,8 @@ double largest(const std::vector<double>& values) {
 double force_range_N(const Log& log, std::size_t first, std::size_t end) {
   std::vector<double> values(log.force_N.begin() + static_cast<std::ptrdiff_t>(first),
                              log.force_N.begin() + static_cast<std::ptrdiff_t>(end));
-  const auto part = static_cast<std::ptrdiff_t>(values.size() / 20);
-  const auto low = values.begin() + part;
-  const auto high = values.end() - 1 - part;
-  std::nth_element(values.begin(), low, values.end());
-  std::nth_element(low, high, values.end());
-  return *high - *low;
+  const std::size_t part = values.size() / 20;
+  return value_at_rank(values, values.size() - 1 - part) - value_at_rank(values, part);
 }
 
 constexpr double kJump = 20.0;  ///< encoder steps, and multiples of the steps that follow; chosen

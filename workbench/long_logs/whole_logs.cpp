@@ -42,6 +42,7 @@ void take_plain_errors(FittedModel& model, const WholeLogs::Residual& residual) 
   for (LogErrors& log : model.log_errors) log.holdout_rmse_N *= std::sqrt(scale);
   model.holdout_rmse_N *= std::sqrt(scale);
   model.forward_rmse_N = std::sqrt(std::max(0.0, squared(model.forward_rmse_N) + added_N2));
+  model.forward_within_travel_N = model.forward_rmse_N;
   model.train_rmse_N = residual.rmse_N;
   model.relative_error = residual.relative_error;
 }

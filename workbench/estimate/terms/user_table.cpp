@@ -168,8 +168,7 @@ TabulatedEffect table_of(const Profile& profile, const Fitted& fitted, double pe
 }
 
 Tabulated tabulate_form(const Measurement& measurement, UserForce& force, double allowed_N) {
-  const auto [lowest, highest] =
-      std::minmax_element(measurement.position_m().begin(), measurement.position_m().end());
+  const ValueRange travel = measurement.position_range_m();
   double top_mps = 0.0;
   for (const double v : measurement.velocity_mps()) top_mps = std::max(top_mps, std::abs(v));
   if (!(top_mps > 0.0)) return {std::nullopt, "the log shows no motion"};
@@ -177,13 +176,13 @@ Tabulated tabulate_form(const Measurement& measurement, UserForce& force, double
   if (std::string fault = form_fault(on); !fault.empty()) return {std::nullopt, std::move(fault)};
 
   const bool over_velocity = !on.position && (on.speed || on.direction);
-  const double lower = over_velocity ? -top_mps : *lowest;
-  const double upper = over_velocity ? top_mps : *highest;
+  const double lower = over_velocity ? -top_mps : travel.low;
+  const double upper = over_velocity ? top_mps : travel.high;
   TabulatedEffect best;
   best.largest_error_N = HUGE_VAL;
   for (const bool by_direction : {false, true}) {
     if (!over_velocity && by_direction != on.direction) continue;
-    const Profile profile(force, over_velocity, by_direction, 0.5 * (*lowest + *highest), top_mps);
+    const Profile profile(force, over_velocity, by_direction, 0.5 * (travel.low + travel.high), top_mps);
     const Fitted fitted = best_lines(profile, lower, upper, on.peak_N);
     if (fitted.largest_error_N < best.largest_error_N) best = table_of(profile, fitted, on.peak_N, top_mps);
     if (best.largest_error_N <= kLargestShare * on.peak_N) break;  // smooth through standstill

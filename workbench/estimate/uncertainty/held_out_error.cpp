@@ -138,40 +138,28 @@ std::vector<bool> last_third(const Measurement& measurement) {
   return blocks;
 }
 
-/// One for each row at which the axis is within the travel that it makes in its log outside `unseen` blocks,
-/// else zero.
-Eigen::VectorXd within_travel(const Measurement& measurement, const std::vector<bool>& unseen) {
-  const std::vector<int>& block_of = measurement.row_blocks();
-  Eigen::VectorXd within = Eigen::VectorXd::Zero(measurement.row_count());
+/// The weights of the rows of `unseen` blocks at which the axis is within the travel that it makes in its log
+/// outside them; zero at all others.
+Eigen::VectorXd weights_within_travel(const Measurement& measurement, const std::vector<bool>& unseen) {
+  const auto is_unseen = [&](Eigen::Index row) -> bool {
+    return unseen[static_cast<std::size_t>(measurement.row_blocks()[static_cast<std::size_t>(row)])];
+  };
+  const auto position_m = [&](Eigen::Index row) {
+    return measurement.position_m()[measurement.row_samples()[static_cast<std::size_t>(row)]];
+  };
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(measurement.row_count());
   for (std::size_t log = 0; log < measurement.log_count(); ++log) {
     const RowRange own = measurement.rows_of_log(log);
-    const auto position_m = [&](Eigen::Index row) {
-      return measurement.position_m()[measurement.row_samples()[static_cast<std::size_t>(row)]];
-    };
     ValueRange seen{HUGE_VAL, -HUGE_VAL};
     for (Eigen::Index row = own.first; row < own.first + own.count; ++row) {
-      if (unseen[static_cast<std::size_t>(block_of[static_cast<std::size_t>(row)])]) continue;
-      seen = {std::min(seen.low, position_m(row)), std::max(seen.high, position_m(row))};
+      if (!is_unseen(row)) seen = {std::min(seen.low, position_m(row)), std::max(seen.high, position_m(row))};
     }
-    for (Eigen::Index row = own.first; row < own.first + own.count; ++row)
-      within(row) = seen.low <= position_m(row) && position_m(row) <= seen.high ? 1.0 : 0.0;
+    for (Eigen::Index row = own.first; row < own.first + own.count; ++row) {
+      if (is_unseen(row) && seen.low <= position_m(row) && position_m(row) <= seen.high)
+        weights(row) = measurement.row_weights()(row);
+    }
   }
-  return within;
-}
-
-/// The weighted mean square of the rows of these blocks, each counted by `share`; zero where none counts.
-double mean_square_N2(const Measurement& measurement, const std::vector<bool>& blocks,
-                      const Eigen::VectorXd& share, const Eigen::VectorXd& residual_N) {
-  const std::vector<int>& block_of = measurement.row_blocks();
-  double squares = 0.0;
-  double weight = 0.0;
-  for (Eigen::Index row = 0; row < residual_N.size(); ++row) {
-    if (!blocks[static_cast<std::size_t>(block_of[static_cast<std::size_t>(row)])]) continue;
-    const double own = share(row) * measurement.row_weights()(row);
-    squares += own * squared(residual_N(row));
-    weight += own;
-  }
-  return weight > 0.0 ? squares / weight : 0.0;
+  return weights;
 }
 
 /// Adds the weighted squares of a residual to the blocks that it has not seen.
@@ -207,8 +195,9 @@ void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted) {
     const Eigen::VectorXd residual_N = fits.residual_without(unseen[i]);
     add_squares(measurement, unseen[i], residual_N, squares[i]);
     if (i < folds) return;
+    const Eigen::VectorXd weights = weights_within_travel(measurement, unseen[i]);
     fitted.forward_within_travel_N =
-        std::sqrt(mean_square_N2(measurement, unseen[i], within_travel(measurement, unseen[i]), residual_N));
+        std::sqrt(weights.dot(residual_N.cwiseAbs2()) / std::max(weights.sum(), 1e-300));
   });
   fitted.block_squared_error.assign(count, 0.0);
   fitted.block_weight.assign(count, 0.0);

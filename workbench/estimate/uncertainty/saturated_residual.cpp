@@ -104,29 +104,26 @@ struct Sums {
   Eigen::VectorXd right;
 };
 
-/// Those of the rows [first, end); `count`: gains and knots.
-Sums sums_over(const std::vector<Curve>& curves, const Eigen::MatrixXd& gains,
+/// Those of the rows [first, end). `by_row`: gains x rows; `count`: gains and knots.
+Sums sums_over(const std::vector<Curve>& curves, const Eigen::MatrixXd& by_row,
                const Eigen::VectorXd& residual_N, const Eigen::VectorXd& usable, Eigen::Index count,
                Eigen::Index first, Eigen::Index end) {
+  const Eigen::Index gains = by_row.rows();
   Sums sums{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
-  // A row of the gains lies apart in memory; its transpose is one column.
-  const Eigen::MatrixXd by_row =
-      (usable.segment(first, end - first).asDiagonal() * gains.middleRows(first, end - first)).transpose();
-  Eigen::MatrixXd beside = Eigen::MatrixXd::Zero(gains.cols(), count);  // gains x curves
+  Eigen::MatrixXd beside = Eigen::MatrixXd::Zero(gains, count);  // gains x curves
   SparseRow sparse;
   for (Eigen::Index row = first; row < end; ++row) {
     if (usable(row) == 0.0) continue;
     sparse.fill(curves, row);
     for (const auto& [column, value] : sparse.values) {
-      beside.col(column) += value * by_row.col(row - first);
+      beside.col(column) += value * by_row.col(row);
       sums.right(column) += value * residual_N(row);
       for (const auto& [other, second] : sparse.values) {
         if (other <= column) sums.gram(column, other) += value * second;
       }
     }
   }
-  sums.gram.bottomLeftCorner(count - gains.cols(), gains.cols()) =
-      beside.rightCols(count - gains.cols()).transpose();
+  sums.gram.bottomLeftCorner(count - gains, gains) = beside.rightCols(count - gains).transpose();
   return sums;
 }
 
@@ -145,9 +142,11 @@ Eigen::VectorXd saturated_residual_N(const Measurement& measurement, const Linea
   }
   const Eigen::VectorXd residual_N = model.residual_N();
   const Eigen::VectorXd& usable = measurement.row_usable();
+  // A row of the gains lies apart in memory; its transpose is one column.
+  const Eigen::MatrixXd by_row = (usable.asDiagonal() * gains).transpose();
   std::vector<Sums> parts(kParts);
   in_parts(residual_N.size(), [&](std::size_t part, Eigen::Index first, Eigen::Index end) {
-    parts[part] = sums_over(curves, gains, residual_N, usable, count, first, end);
+    parts[part] = sums_over(curves, by_row, residual_N, usable, count, first, end);
   });
   for (std::size_t part = 1; part < kParts; ++part) {
     parts.front().gram += parts[part].gram;
@@ -155,9 +154,8 @@ Eigen::VectorXd saturated_residual_N(const Measurement& measurement, const Linea
   }
   Eigen::MatrixXd& gram = parts.front().gram;
   Eigen::VectorXd& right = parts.front().right;
-  const Eigen::MatrixXd weighted = usable.asDiagonal() * gains;
-  gram.topLeftCorner(gains.cols(), gains.cols()).noalias() = weighted.transpose() * gains;
-  right.head(gains.cols()).noalias() = weighted.transpose() * residual_N;
+  gram.topLeftCorner(gains.cols(), gains.cols()).noalias() = by_row * gains;
+  right.head(gains.cols()).noalias() = by_row * residual_N;
   const Eigen::VectorXd scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   gram = scale.asDiagonal() * gram * scale.asDiagonal();
   gram.diagonal().array() += kRidge;
