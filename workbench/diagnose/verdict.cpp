@@ -119,18 +119,20 @@ bool insufficient(const Diagnosis& diagnosis) {
 /// Whether the named effects, fitted to the first two thirds of the log, leave more of the last one than the
 /// baseline does, by a share that is worth a name: what they claim does not hold there. Only where the axis
 /// was before: of places where it was not a map knows nothing. Where the baseline is near the floor there,
-/// nothing follows; nor where one model of all thirds is at the floor: it holds there too, and the first two
-/// do not determine it (a pitch, by which the axis goes on).
-bool does_not_hold_later(const Measurement& measurement, const Diagnosis& diagnosis) {
-  const double without_N = diagnosis.baseline.forward_within_travel_N;
-  return diagnosis.steps.size() > 1 && above_floor(measurement, diagnosis) &&
-         is_worth_a_name(diagnosis.explained.forward_within_travel_N, without_N) &&
-         without_N > kFormIsNotTheAxis * diagnosis.noise_floor_N;
+/// nothing follows; nor where they explain most of the last third once some of its blocks are seen: they hold
+/// there too, and the first two do not determine them (a pitch, by which the axis goes on).
+bool does_not_hold_later(const Diagnosis& diagnosis) {
+  const FittedModel& with = diagnosis.explained;
+  const FittedModel& without = diagnosis.baseline;
+  const double before_N = without.forward_within_travel_N;
+  return diagnosis.steps.size() > 1 && is_worth_a_name(with.forward_within_travel_N, before_N) &&
+         before_N > kFormIsNotTheAxis * diagnosis.noise_floor_N &&
+         !explains_most(without.last_third_holdout_rmse_N, with.last_third_holdout_rmse_N, 0.0);
 }
 
 /// What is said of effects that do not hold later; of others nothing.
-std::string later_text(const Measurement& measurement, const Diagnosis& diagnosis) {
-  if (!does_not_hold_later(measurement, diagnosis)) return {};
+std::string later_text(const Diagnosis& diagnosis) {
+  if (!does_not_hold_later(diagnosis)) return {};
   const std::string leaves = quantity(diagnosis.explained.forward_within_travel_N, "N");
   const bool everywhere = leaves == quantity(diagnosis.explained.forward_rmse_N, "N");
   return fmt::format(
@@ -235,11 +237,9 @@ void judge_named(const Measurement& measurement, const Structure& strongest, Dia
   std::optional<Structure> confounder;
   if (above_floor(measurement, diagnosis) && diagnosis.unexplained)
     confounder = curve_behind_all(measurement, diagnosis);
-  if (insufficient(diagnosis) || does_not_hold_later(measurement, diagnosis) ||
-      far_better_alone(measurement, diagnosis))
+  if (insufficient(diagnosis) || does_not_hold_later(diagnosis) || far_better_alone(measurement, diagnosis))
     confounder = diagnosis.unexplained.value_or(strongest);
-  if (confounder)
-    confounder->description += later_text(measurement, diagnosis) + passed_over(measurement, diagnosis);
+  if (confounder) confounder->description += later_text(diagnosis) + passed_over(measurement, diagnosis);
   if (auto wrong_unit = mass_of_another_axis(measurement, diagnosis)) confounder = std::move(wrong_unit);
   diagnosis.verdict = confounder ? Verdict::unexplained : Verdict::missing_effect;
   if (confounder) diagnosis.unexplained = std::move(confounder);
@@ -298,14 +298,13 @@ void judge_beside_causes(const Measurement& measurement, const Observations& see
   const OutsideCauses& outside = diagnosis.outside;
   const bool named = diagnosis.steps.size() > 1 && !outside.explain_most &&
                      (outside.replace_friction || !insufficient(diagnosis)) &&
-                     !does_not_hold_later(measurement, diagnosis);
+                     !does_not_hold_later(diagnosis);
   if (!named && !tells) diagnosis.outside.causes.front() = seen.left.front();
   diagnosis.unexplained =
       tells || !named ? std::optional(cause_and_what_is_above(diagnosis, seen.above)) : seen.above;
   diagnosis.verdict = named ? Verdict::missing_effect : Verdict::unexplained;
   if (!named) {
-    diagnosis.unexplained->description +=
-        later_text(measurement, diagnosis) + passed_over(measurement, diagnosis);
+    diagnosis.unexplained->description += later_text(diagnosis) + passed_over(measurement, diagnosis);
   }
   auto wrong_unit = mass_of_another_axis(measurement, diagnosis);
   if (!wrong_unit) return;

@@ -20,6 +20,7 @@ void take_errors(FittedModel& model, const FittedModel& judged) {
   model.holdout_rmse_N = judged.holdout_rmse_N;
   model.forward_rmse_N = judged.forward_rmse_N;
   model.forward_within_travel_N = judged.forward_rmse_N;  // the sums do not tell where the axis was
+  model.last_third_holdout_rmse_N = judged.last_third_holdout_rmse_N;
   model.relative_error = judged.relative_error;
   model.block_squared_error = judged.block_squared_error;
   model.block_weight = judged.block_weight;
@@ -41,6 +42,7 @@ void take_plain_errors(FittedModel& model, const WholeLogs::Residual& residual) 
   for (double& block : model.block_squared_error) block *= scale;
   for (LogErrors& log : model.log_errors) log.holdout_rmse_N *= std::sqrt(scale);
   model.holdout_rmse_N *= std::sqrt(scale);
+  model.last_third_holdout_rmse_N *= std::sqrt(scale);
   model.forward_rmse_N = std::sqrt(std::max(0.0, squared(model.forward_rmse_N) + added_N2));
   model.forward_within_travel_N = model.forward_rmse_N;
   model.train_rmse_N = residual.rmse_N;
@@ -141,10 +143,12 @@ WholeLogs::Judged WholeLogs::judged(const SumTask& task, std::size_t m, const st
   model.train_rmse_N = std::sqrt(equations.squared_error(model.solution.value) / equations.weight());
   model.holdout_rmse_N = held_out.rmse;
   model.block_squared_error = held_out.block_squared_error;
-  model.forward_rmse_N = equations.error_without(last_third(sums), constraints, model.solution.bound_states);
+  const std::vector<bool> last = last_third(sums);
+  model.forward_rmse_N = equations.error_without(last, constraints, model.solution.bound_states);
   for (int block = 0; block < equations.block_count(); ++block) {
     model.block_weight.push_back(equations.weight(block));
   }
+  model.last_third_holdout_rmse_N = holdout_rmse_of(model, last);
   if (m >= task.full) return result;
   model.relative_error = squares_of(sums, m).relative();
   model.log_errors = log_errors(sums, m);

@@ -55,5 +55,15 @@ TEST(HeldOutError, ForwardWithinTheTravelIsAllWhereTheAxisGoesNoFarther) {
   }
 }
 
+// All of what is held out has the force beyond the stroke, which is in the last third: a third of the rows
+// has the whole of the squares.
+TEST(HeldOutError, TheLastThirdHasItsPartOfTheHeldOutError) {
+  const FittedModel farther = judged(2.0);
+  EXPECT_NEAR(farther.last_third_holdout_rmse_N, std::sqrt(3.0) * farther.holdout_rmse_N,
+              0.05 * farther.last_third_holdout_rmse_N);
+  const FittedModel same = judged(1.0);
+  EXPECT_NEAR(same.last_third_holdout_rmse_N, same.holdout_rmse_N, 0.05 * same.holdout_rmse_N);
+}
+
 }  // namespace
 }  // namespace slipstack::workbench

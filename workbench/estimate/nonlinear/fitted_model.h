@@ -30,6 +30,8 @@ struct FittedModel {
   double forward_rmse_N = 0.0;  ///< of the last third by a fit to the first two; zero: not computed
   /// The same of what of it lies within the travel of the first two: beyond it a map only guesses.
   double forward_within_travel_N = 0.0;
+  /// Of the last third where its blocks are held out one fold at a time, as in `holdout_rmse_N`.
+  double last_third_holdout_rmse_N = 0.0;
   double relative_error = 0.0;              ///< |residual| / |measured force|, both at the rows
   std::vector<double> block_squared_error;  ///< of each block when it is held out
   std::vector<double> block_weight;         ///< sum of the row weights of each block

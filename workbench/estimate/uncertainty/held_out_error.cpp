@@ -181,6 +181,17 @@ void mark_last_third(int first_block, int block_count, std::vector<bool>& blocks
   }
 }
 
+double holdout_rmse_of(const FittedModel& fitted, const std::vector<bool>& blocks) {
+  double squares = 0.0;
+  double weight = 0.0;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (!blocks[b]) continue;
+    squares += fitted.block_squared_error[b];
+    weight += fitted.block_weight[b];
+  }
+  return std::sqrt(squares / std::max(weight, 1e-300));
+}
+
 void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted) {
   const PartialFits fits(measurement, fitted);
   const auto count = static_cast<std::size_t>(measurement.block_count());
@@ -219,6 +230,7 @@ void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted) {
   }
   fitted.holdout_rmse_N = std::sqrt(held_out / weight);
   fitted.forward_rmse_N = std::sqrt(forward / std::max(forward_weight, 1e-300));
+  fitted.last_third_holdout_rmse_N = holdout_rmse_of(fitted, unseen[folds]);
 }
 
 }  // namespace slipstack::workbench
