@@ -10,6 +10,7 @@
 #include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/estimate/estimate_support.h"
 #include "tests/unit/estimate/simulated_axis.h"
+#include "workbench/base/statistics.h"
 #include "workbench/diagnose/verdict.h"
 
 namespace slipstack::workbench {
@@ -246,6 +247,38 @@ TEST(Causes, APlaceMayBeAtTheZeroOfThePosition) {
   ASSERT_TRUE(is.unexplained);
   EXPECT_TRUE(is.unexplained->description.starts_with("a force sits at one place of the rail"))
       << is.unexplained->description;
+}
+
+// Where the axis is most of the time, the model takes its friction from: the friction differs elsewhere.
+TEST(Causes, APlaceWhereTheAxisStaysIsFoundThere) {
+  constexpr double kPlace_m = 0.04;
+  constexpr double kHalfWidth_m = 0.004;
+  constexpr double kMoreFriction = 0.4;
+  const auto position_m = [](double t) {
+    const double far_m = 0.06 * std::exp(-squared(std::sin(0.2 * t) / 0.15));
+    return kPlace_m + (0.003 + far_m) * std::sin(5.0 * t);
+  };
+  test::Draw draw(3);
+  const auto force_N = [&](double t) {
+    constexpr double kTick_s = 1e-3;
+    constexpr double kMass_kg = 10.0;
+    const double next_m = position_m(t + kTick_s);
+    const double last_m = position_m(t - kTick_s);
+    const double u = (position_m(t) - kPlace_m) / kHalfWidth_m;
+    const double inertia_N = kMass_kg * (next_m - 2.0 * position_m(t) + last_m) / (kTick_s * kTick_s);
+    const double friction_N = 10.0 * (1.0 + kMoreFriction * std::exp(-u * u));
+    return inertia_N + friction_N * std::tanh(1e6 * (next_m - last_m)) + 0.05 * draw.normal();
+  };
+  const Diagnosis is = diagnosed(test::log_of(1000.0, 30000, position_m, force_N));
+  EXPECT_EQ(is.verdict, Verdict::unexplained) << is.steps.back().effect << is.steps.back().holdout_rmse_N;
+  ASSERT_TRUE(is.unexplained);
+  EXPECT_TRUE(is.unexplained->description.starts_with("a force sits at one place of the rail"))
+      << is.unexplained->description;
+  EXPECT_NEAR(is.unexplained->where, kPlace_m, 0.1 * kHalfWidth_m);
+  const std::string& told = is.unexplained->description;
+  const std::string more = "the friction is +";
+  ASSERT_NE(told.find(more), std::string::npos) << told;
+  EXPECT_NEAR(std::stod(told.substr(told.find(more) + more.size())), 100.0 * kMoreFriction, 4.0) << told;
 }
 
 // In 1 % of the time the axis is there, and most of the error.

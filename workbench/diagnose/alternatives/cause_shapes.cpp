@@ -167,6 +167,9 @@ class Rail {
     std::iota(order_.begin(), order_.end(), Eigen::Index{0});
     std::sort(order_.begin(), order_.end(),
               [this](Eigen::Index a, Eigen::Index b) { return position_m_(a) < position_m_(b); });
+    const Eigen::VectorXd weighted_N = weights_.cwiseProduct(dry_N_);
+    level_gram_ = weighted_N.dot(dry_N_);
+    level_right_ = weighted_N.dot(residual_N_);
   }
 
   double first_m() const { return position_m_(order_.front()); }
@@ -177,22 +180,28 @@ class Rail {
     return (position_m_.tail(steps) - position_m_.head(steps)).cwiseAbs().mean();
   }
 
-  /// The sum of squares that a force within `half_width_m` of `middle_m` explains; `symmetric`: one that is
-  /// strongest in the middle.
+  /// The sum of squares that a force within `half_width_m` of `middle_m` explains, beside a change of the
+  /// friction everywhere: where the axis is most of the time, the model has taken its level from.
+  /// `symmetric`: a force that is strongest in the middle.
   double explained(double middle_m, double half_width_m, bool symmetric = false) const {
-    Eigen::Matrix3d gram = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d right = Eigen::Vector4d::Zero();
+    gram(3, 3) = level_gram_;
+    right(3) = level_right_;
     for (auto row = from(middle_m - half_width_m);
          row != order_.end() && position_m_(*row) < middle_m + half_width_m; ++row) {
       auto columns = place_basis((position_m_(*row) - middle_m) / half_width_m);
       columns[2] *= dry_N_(*row);
       if (symmetric) columns[1] = 0.0;
       const Eigen::Map<const Eigen::Vector3d> column(columns.data());
-      gram.noalias() += weights_(*row) * column * column.transpose();
-      right.noalias() += weights_(*row) * residual_N_(*row) * column;
+      const Eigen::Vector3d weighted = weights_(*row) * column;
+      gram.topLeftCorner<3, 3>().noalias() += weighted * column.transpose();
+      gram.topRightCorner<3, 1>() += dry_N_(*row) * weighted;
+      right.head<3>() += residual_N_(*row) * weighted;
     }
+    gram.bottomLeftCorner<1, 3>() = gram.topRightCorner<3, 1>().transpose();
     // Scaled to a unit diagonal: forces and the dry friction have other sizes.
-    const Eigen::Vector3d scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::Vector4d scale = gram.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     gram = scale.asDiagonal() * gram * scale.asDiagonal();
     gram.diagonal().array() += 1e-9;
     right = scale.cwiseProduct(right);
@@ -209,6 +218,8 @@ class Rail {
   Eigen::VectorXd dry_N_;
   Eigen::VectorXd residual_N_;
   Eigen::VectorXd weights_;
+  double level_gram_ = 0.0;
+  double level_right_ = 0.0;
   std::vector<Eigen::Index> order_;
 };
 
