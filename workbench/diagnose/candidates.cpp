@@ -40,28 +40,27 @@ std::vector<Candidate> list_candidates(const Measurement& measurement, const Fou
   parallel_for(candidates.size(), [&](std::size_t i) {
     const Trial& trial = found.alone[i];
     Candidate& candidate = candidates[i];
-    if (trial.below_visible) {  // the log has no evidence for it
+    candidate.evidence = trial.term.effect->text.residual;
+    if (!is_shown(found.context.baseline.holdout_rmse_N, trial.holdout_rmse_N)) {
       candidate.term = trial.term;
       candidate.terms = trial.terms;
-      candidate.holdout_rmse_N = found.context.baseline.holdout_rmse_N;
-      candidate.block_squared_error = found.context.baseline.block_squared_error;
-      candidate.evidence = trial.term.effect->text.residual;
-    } else {
-      FittedModel model = fitted_alone(measurement, found, trial);
-      judge_on_unseen_data(measurement, model);
-      candidate.criterion_difference = found.context.criterion.difference(model, found.context.baseline);
-      // Values, with their intervals, are told of what the log supports.
-      candidate.evidence = trial.term.effect->text.residual;
-      if (is_supported(candidate.criterion_difference) &&
-          is_worth_a_name(found.context.baseline.holdout_rmse_N, model.holdout_rmse_N)) {
-        model = with_standard_errors(measurement, std::move(model));
-        candidate.evidence = evidence_of(model, trial.term.id());
-      }
-      candidate.term = *find_term(model.terms, trial.term.id());
-      candidate.terms = std::move(model.terms);
-      candidate.holdout_rmse_N = model.holdout_rmse_N;
-      candidate.block_squared_error = std::move(model.block_squared_error);
+      candidate.holdout_rmse_N = trial.holdout_rmse_N;
+      candidate.block_squared_error = trial.block_squared_error;
+      return;
     }
+    FittedModel model = fitted_alone(measurement, found, trial);
+    judge_on_unseen_data(measurement, model);
+    candidate.criterion_difference = found.context.criterion.difference(model, found.context.baseline);
+    // Values, with their intervals, are told of what the log supports.
+    if (is_supported(candidate.criterion_difference) &&
+        is_worth_a_name(found.context.baseline.holdout_rmse_N, model.holdout_rmse_N)) {
+      model = with_standard_errors(measurement, std::move(model));
+      candidate.evidence = evidence_of(model, trial.term.id());
+    }
+    candidate.term = *find_term(model.terms, trial.term.id());
+    candidate.terms = std::move(model.terms);
+    candidate.holdout_rmse_N = model.holdout_rmse_N;
+    candidate.block_squared_error = std::move(model.block_squared_error);
   });
   return candidates;
 }

@@ -9,7 +9,9 @@
 
 namespace slipstack::workbench {
 
-/// Every effect that the search tried alone, with its best fit.
+/// Every effect that the search tried alone, with its best fit; as it was tried where it lowers the error by
+/// less than is shown. Cost: a fit, six on parts of the data and, of what the log supports, standard errors
+/// for each that is shown.
 std::vector<Candidate> list_candidates(const Measurement& measurement, const Found& found);
 
 /// Sorts the candidates by the error that each leaves alone; those of the explanation (`added`) before the

@@ -175,9 +175,9 @@ std::vector<FittedModel> WholeLogs::converged(const SumTask& task, double error_
   const auto settled = [&](std::size_t m) {
     return found[m].model.train_rmse_N >= (1.0 - kConverged) * found[m].before_rmse_N;
   };
-  const double least_shown_N = (1.0 - kLeastShownReduction) * found.front().model.holdout_rmse_N;
+  const double baseline_N = found.front().model.holdout_rmse_N;
   for (std::size_t m = 0; m < at.size(); ++m) {
-    const bool told = m < task.full || found[m].model.holdout_rmse_N < least_shown_N;
+    const bool told = m < task.full || is_shown(baseline_N, found[m].model.holdout_rmse_N);
     if (told && any_multiplies(at[m]) && !settled(m)) pending.push_back(m);
   }
   for (int step = 0; step < kMostPasses && !pending.empty(); ++step) {

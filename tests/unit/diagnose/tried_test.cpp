@@ -5,8 +5,12 @@
 #include <map>
 #include <mutex>
 
+#include "tests/unit/diagnose/diagnosed.h"
 #include "tests/unit/estimate/simulated_axis.h"
 #include "workbench/diagnose/diagnose.h"
+#include "workbench/diagnose/evidence/reduction.h"
+#include "workbench/estimate/nonlinear/fit_gains.h"
+#include "workbench/estimate/uncertainty/held_out_error.h"
 #include "workbench/estimate/uncertainty/noise_floor.h"
 #include "workbench/estimate/uncertainty/row_weights.h"
 
@@ -49,6 +53,33 @@ TEST(Tried, EveryCandidateIsToldBeforeTheSearchIsOver) {
   const auto largest = std::max_element(reduction.begin(), reduction.end(),
                                         [](const auto& a, const auto& b) { return a.second < b.second; });
   EXPECT_EQ(largest->first, "viscous");
+}
+
+// Candidates that lower the error by less than the table shows are as they were tried. Fitted in full they
+// would lower it by no more.
+TEST(Tried, WhatIsNotShownWouldNotBeShownFittedInFull) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    sim::Bench bench = sim::draw_bench(sim::Setup::kPickAndPlace, seed);
+    bench.programme.seconds = 15.0;
+    bench.axis.effects.payload_kg = 0.1 * bench.axis.mass_kg;
+    Measurement measurement(test::simulate(bench, seed));
+    const Diagnosis found = test::diagnosed(measurement);
+    std::size_t shown = 0;
+    for (const Candidate& candidate : found.candidates) {
+      if (candidate.error_reduction >= kLeastShownReduction) {
+        ++shown;
+        EXPECT_NE(candidate.criterion_difference, 0.0) << seed << ' ' << candidate.term.id();
+        continue;
+      }
+      EXPECT_EQ(candidate.criterion_difference, 0.0) << seed << ' ' << candidate.term.id();
+      FittedModel model = fit_gains(measurement, candidate.terms);
+      judge_on_unseen_data(measurement, model);
+      EXPECT_GT(model.holdout_rmse_N, 0.99 * found.baseline.holdout_rmse_N)
+          << seed << ' ' << candidate.term.id();
+    }
+    EXPECT_GE(shown, 1U) << seed;
+    EXPECT_LT(shown, found.candidates.size()) << seed;
+  }
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "sim_host/sensors/delay_line.h"
 #include "tests/unit/estimate/estimate_support.h"
+#include "workbench/base/statistics.h"
 #include "workbench/estimate/nonlinear/fit.h"
 #include "workbench/estimate/nonlinear/minimise.h"
 #include "workbench/estimate/nonlinear/starting_shapes.h"
@@ -102,6 +103,31 @@ double periods_missed(double pitch_m, double slower, double rate_Hz) {
 TEST(ShapeSearch, BeginsAtAPitchThatIsPassedFasterThanTheBandwidth) {
   for (const double pitch_m : {0.2, 49e-3, 33.2e-3, 20e-3, 14e-3, 11e-3, 9e-3, 8e-3, 7e-3, 6e-3})
     EXPECT_LT(periods_missed(pitch_m, 1.0, 500.0), 0.09) << pitch_m;
+}
+
+// The error falls within one period over the travel about the true pitch, and has other minima beyond. The
+// search stays within, however many periods there are, and needs few evaluations.
+TEST(ShapeSearch, APitchIsSearchedWithinItsMinimum) {
+  const Measurement measurement(test::log_of(1000.0, 20'000, moves_m, [](double) { return 0.0; }));
+  const std::vector<ShapeRange> ranges = searched_shapes(measurement, *find_effect("force_ripple"));
+  for (const double true_m : {0.31, 0.1, 33e-3, 5e-3, 1.3e-3}) {
+    int evaluations = 0;
+    double farthest = 0.0;
+    const auto off = [&](const std::vector<double>& shapes) { return 1.0 / shapes[0] - 1.0 / true_m; };
+    const auto cost = [&](const std::vector<double>& shapes) {
+      ++evaluations;
+      farthest = std::max(farthest, std::abs(off(shapes)));
+      const double phase = std::numbers::pi * off(shapes);
+      return phase == 0.0 ? 0.1 : 1.1 - squared(std::sin(phase) / phase);
+    };
+    for (const double start : {-0.12, 0.05, 0.12}) {
+      evaluations = 0;
+      const SearchResult found = refine_shapes(ranges, {1.0 / (1.0 / true_m + start)}, cost, kFirstLook);
+      EXPECT_LT(std::abs(off(found.shapes)), 0.01) << true_m << ' ' << start;
+      EXPECT_LE(evaluations, 16) << true_m << ' ' << start;
+    }
+    EXPECT_LT(farthest, 0.5) << true_m;
+  }
 }
 
 // As of the motor behind a gear of 1:100 over five turns.

@@ -330,7 +330,7 @@ std::optional<std::vector<double>> gap_and_friction(const Measurement& measureme
   const double slip_m = mean_slip_m(*find_role(model.terms, Role::hysteresis));
   std::vector<std::vector<double>> starts;
   for (double gap_m = least_m; gap_m < most_m; gap_m *= 2.0) {
-    for (const double share : {1.0, 0.7, 0.5, 0.35}) starts.push_back({gap_m, least_mps2 / share, slip_m});
+    for (const double share : {1.0, 0.5}) starts.push_back({gap_m, least_mps2 / share, slip_m});
   }
   return best_of(
       measurement, model, cause, std::move(starts),

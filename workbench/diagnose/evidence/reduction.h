@@ -32,6 +32,10 @@ inline bool explains_most(double before_N, double after_N, double least_N) {
 inline constexpr double kLargeShareOfForce = 0.05;
 /// Smaller reductions are not shown, nor fitted in full, nor called seen. Chosen.
 inline constexpr double kLeastShownReduction = 0.005;
+/// Whether an error that falls from `before_N` to `after_N` falls by that share.
+inline bool is_shown(double before_N, double after_N) {
+  return after_N < (1.0 - kLeastShownReduction) * before_N;
+}
 
 /// The share by which a model lowers a held-out error.
 struct Reduction {

@@ -170,8 +170,7 @@ std::vector<Explanation> fit_best(const SelectionContext& context, std::vector<A
                                   std::size_t most) {
   std::vector<Attempt> distinct;
   for (Attempt& attempt : attempts) {
-    if (attempt.trial.holdout_rmse_N > (1.0 - kLeastShownReduction) * attempt.from->model.holdout_rmse_N)
-      continue;
+    if (!is_shown(attempt.from->model.holdout_rmse_N, attempt.trial.holdout_rmse_N)) continue;
     const bool seen = std::any_of(distinct.begin(), distinct.end(), [&](const Attempt& other) {
       return same_set(added_by(other), added_by(attempt));
     });

@@ -6,6 +6,18 @@
 #include <nlopt.hpp>
 
 namespace slipstack::workbench {
+namespace {
+
+/// In the coordinate of the search, in which the range has this length.
+double first_step(const ShapeRange& range, double start, double length) {
+  if (range.first_step > 0.0) return range.first_step;
+  const double largest = range.logarithmic ? std::min(0.25, 0.25 * length) : 0.1 * length;
+  const double step =
+      range.repeats_over_m > 0.0 ? std::min(largest, 0.125 * start / range.repeats_over_m) : largest;
+  return std::max(1e-12, step);
+}
+
+}  // namespace
 
 SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<double> start,
                            const std::function<double(const std::vector<double>&)>& cost,
@@ -23,12 +35,7 @@ SearchResult refine_shapes(const std::vector<ShapeRange>& ranges, std::vector<do
     const double wanted = to_search(range, start[range.index]);
     point.push_back(std::clamp(wanted, lower.back(), upper.back()));
     within = within && point.back() == wanted;
-    if (range.first_step > 0.0) {
-      step.push_back(range.first_step);
-      continue;
-    }
-    step.push_back(std::max(1e-12, range.logarithmic ? std::min(0.25, 0.25 * (upper.back() - lower.back()))
-                                                     : 0.1 * (upper.back() - lower.back())));
+    step.push_back(first_step(range, start[range.index], upper.back() - lower.back()));
   }
   const std::vector<double> first = point;
   const double start_cost = best.cost;

@@ -107,6 +107,7 @@ ShapeRange narrowed(const Measurement& measurement, const EffectDescription& eff
       break;
     case ShapeKind::pitch:
       narrow(20.0 * measurement.encoder_resolution_m(), longest_pitch_m(measurement, effect));
+      range.repeats_over_m = measurement.position_range_m().length();
       break;
     case ShapeKind::frequency:
       narrow(4.0 / (static_cast<double>(measurement.sample_count()) * measurement.tick_s()),

@@ -17,7 +17,10 @@ struct ShapeRange {
   double upper = 0.0;
   bool logarithmic = true;  ///< whether the search moves in the logarithm of the shape
   double first_step = 0.0;  ///< initial step of the search; 0: a fraction of the range
-  double nominal = 0.0;     ///< of nominal_shapes() only: the value held until all else is identified
+  /// Of a pitch the travel within which it repeats, else 0: its first step moves it by an eighth of a period
+  /// at the end of the travel, beyond which another minimum begins.
+  double repeats_over_m = 0.0;
+  double nominal = 0.0;  ///< of nominal_shapes() only: the value held until all else is identified
 };
 
 /// The range of the first shape of this kind, or nullptr where none of the ranges is of it.

@@ -122,7 +122,7 @@ std::string percent(double share) {
 
 std::string criterion_text(const json& data) {
   const auto difference = number_at(data, "criterion_difference");
-  if (!difference) return "";
+  if (!difference || *difference == 0.0) return "";  // of an effect that was not fitted in full
   return (*difference > 0.0 ? "+" : "") + fixed(*difference, 1);
 }
 
