@@ -148,7 +148,7 @@ WholeLogs::Judged WholeLogs::judged(const SumTask& task, std::size_t m, const st
   for (int block = 0; block < equations.block_count(); ++block) {
     model.block_weight.push_back(equations.weight(block));
   }
-  model.last_third_holdout_rmse_N = holdout_rmse_of(model, last);
+  model.last_third_holdout_rmse_N = rmse_of_blocks(model.block_squared_error, model.block_weight, last);
   if (m >= task.full) return result;
   model.relative_error = squares_of(sums, m).relative();
   model.log_errors = log_errors(sums, m);

@@ -181,7 +181,7 @@ class Rail {
   }
 
   /// The sum of squares that a force within `half_width_m` of `middle_m` explains, beside a change of the
-  /// friction everywhere: where the axis is most of the time, the model has taken its level from.
+  /// friction everywhere: the model has its level from where the axis is most of the time.
   /// `symmetric`: a force that is strongest in the middle.
   double explained(double middle_m, double half_width_m, bool symmetric = false) const {
     Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();

@@ -207,8 +207,8 @@ std::vector<double> frequency_starts(const Measurement& measurement, const Shape
   return starts;
 }
 
-/// Time constants from which the search of a memory begins: those that were measured are 1 to 50 ms
-/// (Armstrong-Helouvry, Dupont, Canudas de Wit 1994), longer ones of a log decay with distance.
+/// Time constants from which the search of a memory begins: a decade apart, about those that were measured, 1
+/// to 50 ms (Armstrong-Helouvry, Dupont, Canudas de Wit 1994).
 constexpr std::array kMemories_s{0.003, 0.03, 0.3};
 
 /// For an effect whose memory can decay with time or with distance: starting points with either one alone.
@@ -278,10 +278,11 @@ std::vector<std::vector<double>> starting_shapes(const Measurement& measurement,
       case ShapeKind::lag_distance:
         break;  // set by with_lag_distances() together with the time constant
       case ShapeKind::time_constant:
-        values = effect.has_shape(ShapeKind::lag_distance)
-                     ? std::vector<double>(kMemories_s.begin(), kMemories_s.end())
-                     : spread(range, 6);
-        break;
+        if (effect.has_shape(ShapeKind::lag_distance)) {
+          values.assign(kMemories_s.begin(), kMemories_s.end());
+          break;
+        }
+        [[fallthrough]];
       default:
         values = spread(range, ranges.size() > 2 ? 5 : 6);
     }

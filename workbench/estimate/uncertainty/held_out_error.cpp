@@ -181,15 +181,16 @@ void mark_last_third(int first_block, int block_count, std::vector<bool>& blocks
   }
 }
 
-double holdout_rmse_of(const FittedModel& fitted, const std::vector<bool>& blocks) {
+double rmse_of_blocks(const std::vector<double>& squared_error, const std::vector<double>& weight,
+                      const std::vector<bool>& blocks) {
   double squares = 0.0;
-  double weight = 0.0;
+  double weights = 0.0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (!blocks[b]) continue;
-    squares += fitted.block_squared_error[b];
-    weight += fitted.block_weight[b];
+    squares += squared_error[b];
+    weights += weight[b];
   }
-  return std::sqrt(squares / std::max(weight, 1e-300));
+  return std::sqrt(squares / std::max(weights, 1e-300));
 }
 
 void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted) {
@@ -216,21 +217,14 @@ void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted) {
     const int block = measurement.row_blocks()[static_cast<std::size_t>(row)];
     fitted.block_weight[static_cast<std::size_t>(block)] += measurement.row_weights()(row);
   }
-  double held_out = 0.0;
-  double forward = 0.0;
-  double weight = 0.0;
-  double forward_weight = 0.0;
   for (std::size_t b = 0; b < count; ++b) {
-    const double own = fitted.block_weight[b];
     for (std::size_t fold = 0; fold < folds; ++fold) fitted.block_squared_error[b] += squares[fold][b];
-    held_out += fitted.block_squared_error[b];
-    weight += own;
-    forward += squares[folds][b];
-    if (unseen[folds][b]) forward_weight += own;
   }
-  fitted.holdout_rmse_N = std::sqrt(held_out / weight);
-  fitted.forward_rmse_N = std::sqrt(forward / std::max(forward_weight, 1e-300));
-  fitted.last_third_holdout_rmse_N = holdout_rmse_of(fitted, unseen[folds]);
+  const std::vector<bool>& last = unseen[folds];
+  fitted.holdout_rmse_N =
+      rmse_of_blocks(fitted.block_squared_error, fitted.block_weight, std::vector<bool>(count, true));
+  fitted.forward_rmse_N = rmse_of_blocks(squares[folds], fitted.block_weight, last);
+  fitted.last_third_holdout_rmse_N = rmse_of_blocks(fitted.block_squared_error, fitted.block_weight, last);
 }
 
 }  // namespace slipstack::workbench

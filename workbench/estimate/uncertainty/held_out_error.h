@@ -13,16 +13,17 @@ namespace slipstack::workbench {
 /// (Bergmeir and Benitez 2012): blocks from all over a log do not show what drifts;
 /// `forward_within_travel_N` is the same without the rows where the axis is beyond the travel of the first
 /// two thirds (zero where no row is left); `last_third_holdout_rmse_N` is what of the held-out error the last
-/// third has. In each of these fits gains and searched shapes move together,
-/// damped, from the solution of all data to that of the training data, and the error is that of the force
-/// itself, as `compare` computes it, not of its linearisation. The choice of the effects is not repeated, nor
-/// that of a pitch. Cost: tangent_of() and, unless the force is linear in all unknowns, about two evaluations
-/// of the model for each of the six fits.
+/// third has. In each of these fits gains and searched shapes move together, damped, from the solution of all
+/// data to that of the training data, and the error is that of the force itself, as `compare` computes it,
+/// not of its linearisation. The choice of the effects is not repeated, nor that of a pitch. Cost:
+/// tangent_of() and, unless the force is linear in all unknowns, about two evaluations of the model for each
+/// of the six fits.
 void judge_on_unseen_data(const Measurement& measurement, FittedModel& fitted);
 
-/// The part of the held-out error that some of the blocks have, each held out with its fold [N]; zero where
-/// these have no rows.
-double holdout_rmse_of(const FittedModel& fitted, const std::vector<bool>& blocks);
+/// The weighted error of those blocks that are marked, from the sums of each block [N]; zero where these have
+/// no rows.
+double rmse_of_blocks(const std::vector<double>& squared_error, const std::vector<double>& weight,
+                      const std::vector<bool>& blocks);
 
 /// Marks those of a log's contiguous blocks that its `forward` error predicts: the last third.
 void mark_last_third(int first_block, int block_count, std::vector<bool>& blocks);
